@@ -11,7 +11,7 @@ from vigil.analysis.measures.columns import COLUMNS
 from vigil.analysis.tables.paper_index import PARTS
 from vigil.authoring.solving.flawed.ablated_solvers import ABLATIONS
 from vigil.base.glossary import SECTIONS
-from vigil.cli.models import LISTED, keys_of, switch_of
+from vigil.cli.models import LISTED, switch_of
 from vigil.integrations.exports.steps import STEP_COLUMNS
 from vigil.integrations.gymnasium import GymnasiumOptions
 from vigil.protocol.actions import INTENT_ALIASES, INTENTS
@@ -46,7 +46,7 @@ def providers() -> str:
     rows = []
     for name in LISTED:
         one = parse_model_name(f"{name}/m").provider
-        keys = " or ".join(f"`{key}`" for key in keys_of(name))
+        keys = " or ".join(f"`{key}`" for key in (one.keys if one.hosts else ()))
         keys = f"the machine's account{' or ' + keys if keys else ''}" if one.signs_in else keys
         address = f"`{one.default_address}`" if one.default_address.startswith("http") else one.default_address
         switch = f"`{switch_of(one)}`" if one.thinking else ""

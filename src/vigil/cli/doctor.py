@@ -130,11 +130,8 @@ def _try_client(command: str) -> str:
 
     began = time.monotonic()
     try:
-        connection = GuardedClient(reference_house().data, command)
-        try:
+        with closing(GuardedClient(reference_house().data, command)) as connection:
             connection.step("MoveAhead")
-        finally:
-            connection.close()
     except SettingError as error:
         return f"not tried: {error}"
     except VigilError as error:

@@ -157,14 +157,6 @@ def source_of_coordinates(model: str) -> str:
     return f"the table does not name this model; find out with: vigil calibrate --model {model}"
 
 
-def keys_of(name: str) -> tuple[str, ...]:
-    """Return the environment variables that may contain a provider's key."""
-    from vigil.runner.models.providers import parse_model_name
-
-    provider = parse_model_name(f"{name}/m").provider
-    return provider.keys if provider.hosts else ()
-
-
 def switch_of(provider: Provider) -> str:
     """Return the field of a request that turns thinking on and off, with both of its values; empty if the field is
     unknown."""

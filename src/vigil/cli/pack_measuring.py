@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from collections import Counter
 from contextlib import closing
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 import typer
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from vigil.authoring.packing.baselines import Baselines
     from vigil.packs.pack import Pack
     from vigil.runner.run import RunResult
-    from vigil.runner.settings import RunSettings
     from vigil.scoring.levels import EpisodeLevel
 
 
@@ -82,8 +81,8 @@ def _baselines_of(pack: Pack, log_dir: Path, workers: int | None, assets: Path |
 
     has_lists = pack.manifest.suite == CHORES_SUITE
     agents, profile = (LIST_AGENTS, ITEMISED_REPORT) if has_lists else (AGENTS, BASELINE)
-    settings = {name: _settings(pack, name, log_dir / name, workers, assets) for name in agents}
-    results = {name: _played(name, replace(each, profile=profile)) for name, each in settings.items()}
+    asked = {"pack": pack.folder, "profile": profile, "workers": workers, "asset_database": assets}
+    results = {name: _played(name, log_dir=log_dir / name, **asked) for name in agents}
     if has_lists:
         scores = {name: read_chores_runs([each.folder], pack.folder)[0].scores() for name, each in results.items()}
         return list_baselines(pack, scores, vigil.__version__)
@@ -91,26 +90,15 @@ def _baselines_of(pack: Pack, log_dir: Path, workers: int | None, assets: Path |
     return measured_baselines(pack, summaries, vigil.__version__)
 
 
-def _settings(pack: Pack, agent: str, folder: Path, workers: int | None, assets: Path | None) -> RunSettings:
+def _played(agent: str, **settings: Any) -> RunResult:
+    """Play a pack with an agent and return the result. Raises SimulatorError if some episodes ended as errors."""
     from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
+    from vigil.runner.run import run_pack
     from vigil.runner.settings import RunSettings
 
-    return RunSettings(
-        pack=pack.folder,
-        agent=agent,
-        agent_factory=privileged_agent if agent in PRIVILEGED else None,
-        log_dir=folder,
-        workers=workers,
-        asset_database=assets,
-    )
-
-
-def _played(agent: str, settings: RunSettings) -> RunResult:
-    """Play the pack with an agent and return the result. Raises SimulatorError if some episodes ended as errors."""
-    from vigil.runner.run import run_pack
-
+    factory = privileged_agent if agent in PRIVILEGED else None
     with run_progress(agent) as show:
-        result = run_pack(settings, on_progress=show)
+        result = run_pack(RunSettings(agent=agent, agent_factory=factory, **settings), on_progress=show)
     if not result.is_complete:
         raise SimulatorError(
             f"{result.errors} episodes of {agent!r} ended as errors; the same command plays them again."

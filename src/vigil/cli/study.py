@@ -294,13 +294,12 @@ def _make_pdf(program: str, folder: Path) -> str:
     """Compile the report's LaTeX, and return a line with the path of the PDF or with the reason why there is none."""
     command = [program, *_LATEX[program], "report.tex"]
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, timeout=_LATEX_SECONDS, check=False)
-        for _ in range(_LATEX_PASSES - 1):
-            if done.returncode or b"Rerun" not in done.stdout:
-                break
+        for _ in range(_LATEX_PASSES):
             done = subprocess.run(command, cwd=folder, capture_output=True, timeout=_LATEX_SECONDS, check=False)
+            if done.returncode:
+                return f"{program} failed: there is no PDF. It says why in {folder / 'report.log'}."
+            if b"Rerun" not in done.stdout:
+                break
     except subprocess.TimeoutExpired:
         return f"{program} took more than {_LATEX_SECONDS} s: there is no PDF."
-    if done.returncode:
-        return f"{program} failed: there is no PDF. It says why in {folder / 'report.log'}."
     return str(folder / "report.pdf")

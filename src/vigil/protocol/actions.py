@@ -54,48 +54,26 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class IntentSpec:
-    """The meaning of an intent, and whether it needs a pixel."""
+    """The meaning of an intent, whether it needs a pixel, and other words for it."""
 
     semantics: str
     needs_pixel: bool = True
+    aliases: tuple[str, ...] = ()
 
 
 INTENTS: dict[Intent, IntentSpec] = {
-    "ground": IntentSpec("Point/click/locate without changing world state"),
-    "open_access": IntentSpec("Open a container or access point"),
-    "close_access": IntentSpec("Close a container or access point"),
-    "activate": IntentSpec("Turn on / toggle on"),
-    "deactivate": IntentSpec("Turn off / toggle off"),
-    "pick": IntentSpec("Pick up an object"),
-    "place": IntentSpec("Place a held object at target"),
-    "drop": IntentSpec("Drop the currently held object", needs_pixel=False),
+    "ground": IntentSpec(
+        "Point/click/locate without changing world state", aliases=("click", "locate", "point", "point_at")
+    ),
+    "open_access": IntentSpec("Open a container or access point", aliases=("open",)),
+    "close_access": IntentSpec("Close a container or access point", aliases=("close", "shut")),
+    "activate": IntentSpec("Turn on / toggle on", aliases=("switch_on", "toggle_on", "turn_on")),
+    "deactivate": IntentSpec("Turn off / toggle off", aliases=("switch_off", "toggle_off", "turn_off")),
+    "pick": IntentSpec("Pick up an object", aliases=("grab", "grasp", "pick_up", "pickup", "take")),
+    "place": IntentSpec("Place a held object at target", aliases=("put", "put_down", "put_in", "put_on")),
+    "drop": IntentSpec("Drop the currently held object", needs_pixel=False, aliases=("release",)),
 }
-
-INTENT_ALIASES: dict[str, Intent] = {
-    "click": "ground",
-    "locate": "ground",
-    "point": "ground",
-    "point_at": "ground",
-    "open": "open_access",
-    "close": "close_access",
-    "shut": "close_access",
-    "switch_on": "activate",
-    "toggle_on": "activate",
-    "turn_on": "activate",
-    "switch_off": "deactivate",
-    "toggle_off": "deactivate",
-    "turn_off": "deactivate",
-    "grab": "pick",
-    "grasp": "pick",
-    "pick_up": "pick",
-    "pickup": "pick",
-    "take": "pick",
-    "put": "place",
-    "put_down": "place",
-    "put_in": "place",
-    "put_on": "place",
-    "release": "drop",
-}
+INTENT_ALIASES: dict[str, Intent] = {alias: intent for intent, spec in INTENTS.items() for alias in spec.aliases}
 """Alias of an intent -> the intent itself, as in the paper's table. Only intents have aliases."""
 
 STATUSES: dict[Status, str] = {

@@ -127,6 +127,14 @@ ChainLink = Annotated[ObjectInState | ObjectHeld | ObjectAtReceptacle, Field(dis
 GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="kind")]
 
 
+def _check_parts(whole: str, parts: Iterable[_Goal], states: Iterable[_Goal | None]) -> None:
+    """Raise ValueError if one of `states` asks only for visibility, or one of `parts` has a constraint or a chain."""
+    if any(isinstance(each, ObjectInState) and each.state == "is_visible" for each in states):
+        raise ValueError(f"each part of {whole} must be the place or the state of an object: open or closed, on or off")
+    if any(part.constraint is not None or part.chain for part in parts):
+        raise ValueError(f"a part of {whole} must not have a constraint or a chain")
+
+
 class AllOf(_Goal):
     """Several objects are each in the required state or place; `object_id` is the first of these objects."""
 
@@ -140,12 +148,7 @@ class AllOf(_Goal):
             raise ValueError(
                 "each part of `all_of` must be about a different object, and the first part about `object_id`"
             )
-        if any(isinstance(part, ObjectInState) and part.state == "is_visible" for part in self.parts):
-            raise ValueError(
-                "each part of `all_of` must be the place or the state of an object: open or closed, on or off"
-            )
-        if any(part.constraint is not None or part.chain for part in self.parts):
-            raise ValueError("a part of `all_of` must not have a constraint or a chain")
+        _check_parts("`all_of`", self.parts, self.parts)
         return self
 
     def ids(self) -> set[str]:
@@ -177,13 +180,7 @@ class Chore(FrozenModel):
             raise ValueError("`is_met` must be given together with `condition`, and not without it")
         if len(self.parts) > 1 and any(isinstance(part, ReportStatus) for part in self.parts):
             raise ValueError("a chore that asks which state an object has must not have other parts")
-        states = [part for part in (*self.parts, self.condition) if isinstance(part, ObjectInState)]
-        if any(part.state == "is_visible" for part in states):
-            raise ValueError(
-                "each part of a chore must be the place or the state of an object: open or closed, on or off"
-            )
-        if any(part.constraint is not None or part.chain for part in self.parts):
-            raise ValueError("a part of a chore must not have a constraint or a chain")
+        _check_parts("a chore", self.parts, (*self.parts, self.condition))
         return self
 
     @property

@@ -238,7 +238,10 @@ class House:
         try:
             self.document = HouseDocument.model_validate(data)
         except ValidationError as error:
-            raise HouseError(_first_fault(name, error)) from None
+            more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
+            raise HouseError(
+                f"House {name!r}: {first_error(error)}{more}. A house is a ProcTHOR document of schema 1.0.0."
+            ) from None
         _check_references(name, self.document)
 
     @cached_property
@@ -361,11 +364,6 @@ def drawer_id(chest_id: str, name: str) -> str:
 def is_outside(room: str) -> bool:
     """Return whether a room name in a door, window or wall means the outside of the house."""
     return not room or EXTERIOR in room
-
-
-def _first_fault(name: str, error: ValidationError) -> str:
-    more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    return f"House {name!r}: {first_error(error)}{more}. A house is a ProcTHOR document of schema 1.0.0."
 
 
 def _check_references(name: str, document: HouseDocument) -> None:
