@@ -17,9 +17,10 @@ from vigil.cli.verbs import VERBS, Group, Verb, load
 
 HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
 GROUPS = {name: each.verbs for name, each in VERBS.items() if isinstance(each, Group)}
+SHOWN = ("houses", "pack", "study", "leaderboard")
 ALL = {
     **{name: verb for name, verb in VERBS.items() if isinstance(verb, Verb)},
-    **{f"{group} {name}": verb for group in GROUPS for name, verb in GROUPS[group].items()},
+    **{f"{group} {name}": verb for group in SHOWN for name, verb in GROUPS[group].items()},
 }
 
 

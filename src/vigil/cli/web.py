@@ -35,7 +35,7 @@ Host = Annotated[
         "127.0.0.1 or localhost) needs --token."
     ),
 ]
-Port = Annotated[int, Setting("Port on which the pages are served.", minimum=1, maximum=65535)]
+Port = Annotated[int, typer.Option(min=1, max=65535, help="Port on which the pages are served.")]
 Token = Annotated[
     str,
     typer.Option(
