@@ -51,8 +51,7 @@ class ReportOptions:
     ] = None
     pack: PackLocation = None
     episodes: Annotated[
-        tuple[str, ...],
-        Setting("Id of an episode whose trajectories are also shown; may be repeated.", name="episode"),
+        tuple[str, ...], Setting("Id of an episode whose trajectories are also shown; may be repeated.", name="episode")
     ] = ()
     diagram: Annotated[bool, Setting("Also show the diagram that explains the protocol.")] = False
     assets: AssetFile = None
@@ -157,8 +156,7 @@ class FigureOptions:
         None
     )
     columns: Annotated[
-        int,
-        Setting("Maximum number of frames that the figure trajectory shows for each run.", minimum=2, maximum=40),
+        int, Setting("Maximum number of frames that the figure trajectory shows for each run.", minimum=2, maximum=40)
     ] = 6
     width: Annotated[
         Literal["column", "page"] | None,

@@ -57,11 +57,7 @@ MAX_REASONS = 5
 MAX_REASON_CHARS = 300
 
 
-def score(
-    runs: RunArguments,
-    as_json: AsJson = False,
-    pack: PackLocation = None,
-) -> None:
+def score(runs: RunArguments, as_json: AsJson = False, pack: PackLocation = None) -> None:
     """Example: vigil score runs/solver runs/premature"""
     different = {path.resolve(): path for path in reversed(runs)}
     scored_runs = _with_unique_names([_scored_run(path, pack) for path in reversed(different.values())])

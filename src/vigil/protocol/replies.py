@@ -301,9 +301,7 @@ def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
     if not INTENTS[intent].needs_pixel:
         return InteractPixel(intent=intent)
     return InteractPixel(
-        intent=intent,
-        x=_pixel(x, given, FRAME_WIDTH, coordinates),
-        y=_pixel(y, given, FRAME_HEIGHT, coordinates),
+        intent=intent, x=_pixel(x, given, FRAME_WIDTH, coordinates), y=_pixel(y, given, FRAME_HEIGHT, coordinates)
     )
 
 

@@ -48,10 +48,7 @@ def end_workers(workers: Sequence[Worker]) -> None:
 
 
 def map_in_workers(
-    make_state: Callable[[], _State],
-    function: Callable[[_State, _Item], _Result],
-    items: Sequence[_Item],
-    workers: int,
+    make_state: Callable[[], _State], function: Callable[[_State, _Item], _Result], items: Sequence[_Item], workers: int
 ) -> Iterator[_Result]:
     """Yield `function(state, item)` for each item, in order. Each worker process makes its state once.
 

@@ -115,16 +115,8 @@ _ROWS = (
             "not the action had an effect. The ring is not part of the scene.",
         ),
     ),
-    ProfileRow(
-        "stop_only",
-        has_report=False,
-        replaced=STOP_LINES,
-    ),
-    ProfileRow(
-        "named_objects",
-        has_pixels=False,
-        replaced=NAMING_LINES,
-    ),
+    ProfileRow("stop_only", has_report=False, replaced=STOP_LINES),
+    ProfileRow("named_objects", has_pixels=False, replaced=NAMING_LINES),
     ProfileRow(
         "image_history_all",
         images=EVERYTHING,
