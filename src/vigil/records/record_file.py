@@ -1,6 +1,6 @@
 """Record files: reads the rows of an `episodes.jsonl`. This module also has the only code that writes such a file."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, overload
@@ -17,20 +17,6 @@ from vigil.records.record import SCHEMA_VERSION, EpisodeRecord, Key, RowResolver
 from vigil.records.row_check import REPEATED, UNREADABLE, LeftOutRow, RowCheck
 
 
-@dataclass(frozen=True, slots=True)
-class FileRow:
-    """One complete line of a file: a record, or the reason why the line is not a record."""
-
-    line: Line
-    found: EpisodeRecord | LeftOutRow
-
-
-def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
-    """Yield the row of each line. Lines are parsed one at a time."""
-    for line in lines:
-        yield FileRow(line, _read(line))
-
-
 class RowFilter:
     """Selects the rows that count, one for each episode and epoch, while rows are read (see `RowResolver`). It also
     collects the rows that are left out, each with the reason."""
@@ -42,11 +28,11 @@ class RowFilter:
         self.tokens = RunTokens()
         self.left_out: list[LeftOutRow] = []
 
-    def accept(self, row: FileRow) -> EpisodeRecord | None:
-        """Read a row. Return its record if it now counts for its episode and epoch; None if it is left out."""
-        found = row.found
+    def accept(self, number: int, found: EpisodeRecord | LeftOutRow) -> EpisodeRecord | None:
+        """Read the row of line `number`, from `parse_row`. Return its record if it now counts for its episode and
+        epoch; None if it is left out."""
         if isinstance(found, EpisodeRecord):
-            found = self._fault(row.line.number, found) or found
+            found = self._fault(number, found) or found
         if isinstance(found, LeftOutRow):
             self.left_out.append(found)
             return None
@@ -69,10 +55,10 @@ def read_records(path: Path) -> list[EpisodeRecord]:
     if not path.exists():
         raise missing_file_error(path)
     with open_file(path, repr(str(path)), RecordError) as file:
-        for row in parse_rows(LineReader(file, repr(str(path)))):
-            if isinstance(row.found, LeftOutRow):
-                raise RecordError(f"{str(path)!r} line {row.line.number} {row.found}.")
-            records.append(row.found)
+        for found in map(parse_row, LineReader(file, repr(str(path)))):
+            if isinstance(found, LeftOutRow):
+                raise RecordError(f"{str(path)!r} line {found.line} {found}.")
+            records.append(found)
     return records
 
 
@@ -130,7 +116,7 @@ class RecordLog:
         """Open the file, or create it and its folder. Move a partial last line to another file. Raises RecordError."""
         self._file = AppendFile(path, makes_folder=True)
         self.made_folder = self._file.made_folder
-        self._read = tuple(parse_rows(self._file.lines.complete))
+        self._read = tuple((line, parse_row(line)) for line in self._file.lines.complete)
         self.count = len(self._read)
         self._read_rows(None)
         try:
@@ -174,15 +160,15 @@ class RecordLog:
     def _read_rows(self, check: RowCheck | None) -> None:
         rows = RowFilter(check)
         self.rows = {
-            record.key: StoredRow(row.line.start, len(row.line.data), record.end == "error")
-            for row in self._read
-            if (record := rows.accept(row)) is not None
+            record.key: StoredRow(line.start, len(line.data), record.end == "error")
+            for line, found in self._read
+            if (record := rows.accept(line.number, found)) is not None
         }
         self.tokens = rows.tokens
         self.left_out = tuple(rows.left_out)
 
 
-def _read(line: Line) -> EpisodeRecord | LeftOutRow:
+def parse_row(line: Line) -> EpisodeRecord | LeftOutRow:
     """Return the record in a line, or the reason why the line is not a record."""
     try:
         record = EpisodeRecord.model_validate_json(line.data)

@@ -17,7 +17,7 @@ from vigil.packs.pack import Pack, find_pack, frozen_episodes, manifest_sha256
 from vigil.protocol.episode import Episode
 from vigil.records.costs import RunTokens
 from vigil.records.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Key, RunHeader, read_header
-from vigil.records.record_file import RowFilter, missing_file_error, parse_rows
+from vigil.records.record_file import RowFilter, missing_file_error, parse_row
 from vigil.records.row_check import LeftOutRow, RowCheck, summarize_left_out
 from vigil.scoring.outcomes import Outcome
 from vigil.scoring.summary import RunScores, Unscored, run_scores, score_or_error
@@ -127,8 +127,8 @@ class RecordTable:
 
     def _read_rows(self, lines: LineReader) -> None:
         """Read the remaining lines of the file and add their rows."""
-        for row in parse_rows(lines):
-            line, record = row.line, self._filter.accept(row)
+        for line in lines:
+            record = self._filter.accept(line.number, parse_row(line))
             if record is not None:
                 verdict = score_or_error(self.episodes[record.episode_id], record)
                 self.rows[record.key] = EffectiveRow(line.number, line.start, len(line.data), verdict)
