@@ -15,9 +15,7 @@ from functools import cached_property
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal, Protocol, TypeVar
-
-from pydantic import BaseModel
+from typing import Literal, Protocol
 
 from vigil.base.json_files import is_object, read_json
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
@@ -40,7 +38,6 @@ CHORES_BUDGETS = (40, 240)
 """Smallest and largest step budget of a list of chores (an episode with several numbered chores)."""
 MAX_CACHED_HOUSES = 16
 """Number of houses that a pack caches in memory. Other houses are read from disk again when they are needed."""
-_Line = TypeVar("_Line", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -285,11 +282,6 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
     Raises PackMismatch if the pack at `path` has another hash, or its file of episodes does not match its manifest.
     """
     return PackFiles.of(find_pack(path), sha256).rows(EPISODES, Episode)
-
-
-def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
-    """Return the rows of a JSON-lines file of a pack, after a hash check. Raises PackMismatch or EpisodeError."""
-    return PackFiles.of(find_pack(path)).rows(name, model)
 
 
 def count_rooms(folder: Path) -> dict[str, int]:

@@ -4,6 +4,8 @@ Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproduc
 """
 
 import re
+import tomllib
+from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
 from pydantic import Field, field_validator, model_validator
@@ -95,30 +97,9 @@ class ModelCoordinates(NamedTuple):
     source: str
 
 
-COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
-    ModelCoordinates(r"qwen2[._]5-?vl", "pixel", "https://github.com/QwenLM/Qwen3-VL/issues/676"),
-    ModelCoordinates(r"qwen2-?vl", "normalized_1000", "https://arxiv.org/abs/2409.12191"),
-    ModelCoordinates(
-        r"mimo-embodied",
-        "pixel",
-        "https://github.com/XiaomiMiMo/MiMo-Embodied: its evaluation of refspatialbench takes points as pixels",
-    ),
-    ModelCoordinates(r"qwen3(\.\d+)?", "normalized_1000", "https://github.com/QwenLM/Qwen3-VL/issues/1927"),
-    ModelCoordinates(
-        r"robobrain2\.5",
-        "normalized_1000",
-        "https://github.com/FlagOpen/RoboBrain2.5: its inference.py divides by 1000",
-    ),
-    ModelCoordinates(r"rynnbrain", "normalized_1000", "its base is Qwen3-VL: its README"),
-    ModelCoordinates(
-        r"internvl", "normalized_1000", "https://internvl.readthedocs.io/en/latest/get_started/chat_data_format.html"
-    ),
-    ModelCoordinates(r"gemini", "normalized_1000", "https://ai.google.dev/gemini-api/docs/image-understanding"),
-    ModelCoordinates(r"doubao|seed-?1", "normalized_1000", "https://arxiv.org/abs/2505.07062"),
-    ModelCoordinates(r"glm-4\.\d+v|glm-[5-9](\.\d+)?v", "normalized_1000", "https://github.com/zai-org/GLM-V"),
-    ModelCoordinates(r"deepseek-?vl2", "normalized_1000", "https://github.com/deepseek-ai/DeepSeek-VL2/issues/100"),
-    ModelCoordinates(r"claude", "pixel", "https://platform.claude.com/docs/en/build-with-claude/vision-coordinates"),
-    ModelCoordinates(r"gpt-\d", "pixel", "https://platform.openai.com/docs/guides/tools-computer-use"),
+COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = tuple(
+    ModelCoordinates(**row)
+    for row in tomllib.loads(Path(__file__).with_name("coordinates.toml").read_text(encoding="utf-8"))["model"]
 )
 """The paper's table of coordinate modes by model. The first pattern that is found in the model's name (in lower case)
 decides. If none is found, the mode is `pixel`."""

@@ -19,7 +19,8 @@ from pydantic import Field, model_validator
 
 from vigil.base.models import FrozenModel
 from vigil.errors import EpisodeError, PackMismatch
-from vigil.packs.pack import CHORE_ANSWERS, CHORES_SUITE, frozen_table, manifest_of
+from vigil.packs.files import PackFiles
+from vigil.packs.pack import CHORE_ANSWERS, CHORES_SUITE, find_pack
 from vigil.protocol.actions import Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import STATE_LABELS, Chore, Chores
@@ -117,13 +118,13 @@ class ListAnswer(FrozenModel):
 
 def list_answers(pack: str | Path) -> dict[str, ListAnswer]:
     """Return {episode id: answer} of a pack of the suite. Raises PackMismatch or EpisodeError."""
-    manifest = manifest_of(pack)
-    if manifest.suite != CHORES_SUITE:
+    files = PackFiles.of(find_pack(pack))
+    if files.manifest.suite != CHORES_SUITE:
         raise PackMismatch(
-            f"Pack {manifest.name!r} is not a pack of the suite {CHORES_SUITE!r}, so it does not have answers for "
-            "chores."
+            f"Pack {files.manifest.name!r} is not a pack of the suite {CHORES_SUITE!r}, so it does not have answers "
+            "for chores."
         )
-    return answers_by_id(frozen_table(pack, CHORE_ANSWERS, ListAnswer))
+    return answers_by_id(files.rows(CHORE_ANSWERS, ListAnswer))
 
 
 def answers_by_id(answers: Iterable[ListAnswer]) -> dict[str, ListAnswer]:

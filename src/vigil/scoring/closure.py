@@ -18,7 +18,8 @@ from vigil.base.exported import exported_by_modules
 from vigil.base.geometry import Pose, Vec3, distance
 from vigil.base.models import FrozenModel
 from vigil.errors import EpisodeError, PackMismatch
-from vigil.packs.pack import ANSWERS, frozen_table, manifest_of
+from vigil.packs.files import PackFiles
+from vigil.packs.pack import ANSWERS, find_pack
 from vigil.protocol.actions import AnyAction, InteractPixel, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import (
@@ -216,10 +217,10 @@ class ClosureOutcome:
 
 def closure_answers(pack: str | Path) -> dict[str, ClosureAnswer]:
     """Return the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
-    manifest = manifest_of(pack)
-    if manifest.suite != SUITE:
-        raise PackMismatch(f"Pack {manifest.name!r} is not of the closure-stress suite: it has no answers.")
-    return check_pairs(frozen_table(pack, ANSWERS, ClosureAnswer))
+    files = PackFiles.of(find_pack(pack))
+    if files.manifest.suite != SUITE:
+        raise PackMismatch(f"Pack {files.manifest.name!r} is not of the closure-stress suite: it has no answers.")
+    return check_pairs(files.rows(ANSWERS, ClosureAnswer))
 
 
 def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
