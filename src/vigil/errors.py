@@ -14,7 +14,7 @@ VigilError
 What an agent does wrong is never an exception: it is data (`vigil.protocol.actions.InvalidAction`).
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
@@ -81,6 +81,13 @@ def first_error(error: "ValidationError", root: str = "the document") -> str:
 def shorten(text: str, max_chars: int) -> str:
     """Return `text`, cut to `max_chars` characters with "..." at the end if it is longer."""
     return text if len(text) <= max_chars else f"{text[: max_chars - 3]}..."
+
+
+def check_known(what: str, name: str, known: Collection[str], advice: str = "Known:", end: str = ".") -> None:
+    """Raise SettingError unless `name` is known. The message lists the known names between `advice` and `end`."""
+    if name not in known:
+        hint = did_you_mean(name, known)
+        raise SettingError(f"{what} {name!r} does not exist.{hint} {advice} {', '.join(known)}{end}")
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

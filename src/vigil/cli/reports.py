@@ -11,7 +11,7 @@ from vigil.base.settings import Setting
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
 from vigil.cli.progress import read_runs_shown
 from vigil.cli.text import print_notes
-from vigil.errors import SettingError, did_you_mean
+from vigil.errors import SettingError, check_known
 from vigil.packs.private import REVEAL
 from vigil.runner.shared_settings import AssetFile, PackLocation
 
@@ -136,10 +136,8 @@ def _formats(names: Sequence[str]) -> "tuple[Format, ...]":
 
     wanted = [name for text in names for name in text.split(",")]
     for name in wanted:
-        if name not in (*FORMATS, "all"):
-            raise SettingError(
-                f"Format {name!r} does not exist.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}."
-            )
+        if name != "all":
+            check_known("Format", name, FORMATS)
     if "all" in wanted:
         return FORMATS
     return tuple(name for name in FORMATS if name in wanted) or ("md", "html")
@@ -223,9 +221,7 @@ def _figure_of_runs(name: str, runs: list[Path] | None, pack: str | Path | None,
     from vigil.analysis.plots.figures import FIGURES
 
     figures = FIGURES | BELIEF_FIGURES
-    if name not in figures:
-        known = (*figures, *WITH_FRAMES)
-        raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
+    check_known("Figure", name, (*figures, *WITH_FRAMES))
     drawn = figures[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
     if drawn is None:
         raise SettingError(f"These runs have nothing to show in the figure {name!r}.")

@@ -14,7 +14,7 @@ from vigil.base.settings import Setting
 from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.text import print_notes
-from vigil.errors import SettingError, did_you_mean
+from vigil.errors import SettingError, check_known
 from vigil.runner.settings import FinishedProbeSettings, MergeSettings, RunSettings, VerifySettings
 
 if TYPE_CHECKING:
@@ -158,10 +158,7 @@ def with_agent(settings: RunSettings) -> RunSettings:
         return settings
     from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 
-    if name not in PRIVILEGED:
-        known = (*PRIVILEGED, *SCRIPTS)
-        hint = did_you_mean(name, known)
-        raise SettingError(f"Agent {name!r} does not exist.{hint} Choose one of {', '.join(known)}, or exec:COMMAND.")
+    check_known("Agent", name, (*PRIVILEGED, *SCRIPTS), "Choose one of", ", or exec:COMMAND.")
     return replace(settings, agent_factory=privileged_agent)
 
 

@@ -12,7 +12,7 @@ from typing import Annotated, get_args
 from pydantic import AfterValidator
 
 from vigil.base.exported import exported_by_modules
-from vigil.errors import SettingError, did_you_mean
+from vigil.errors import SettingError, check_known
 from vigil.protocol.family import FamilySpec
 from vigil.protocol.goals import Goal
 
@@ -55,11 +55,7 @@ def register_family(spec: FamilySpec) -> None:
         raise SettingError(f"Family {spec.code!r} is {taken.name!r} already. Choose another name.")
     known = [kind.model_fields["kind"].default for kind in get_args(get_args(Goal)[0])]
     for kind in spec.allowed_goal_kinds:
-        if kind not in known:
-            hint = did_you_mean(kind, known)
-            raise SettingError(
-                f"Family {spec.code!r}: goal kind {kind!r} does not exist.{hint} Known: {', '.join(known)}."
-            )
+        check_known(f"Family {spec.code!r}: goal kind", kind, known)
     if spec.grading is not None and not 0 < spec.grading.easy <= spec.grading.medium:
         raise SettingError(
             f"Family {spec.code!r}: expected a grading with 0 < easy <= medium; got {spec.grading.easy:g} and "
@@ -76,9 +72,7 @@ def parse_kinds(names: Iterable[str]) -> tuple[str, ...]:
     known = sorted({kind for spec in FAMILIES.values() for kind in spec.kinds})
     wanted = sorted({word.strip() for name in names for word in name.split(",")})
     for word in wanted:
-        if word not in known:
-            hint = did_you_mean(word, known)
-            raise SettingError(f"Template {word!r} does not exist.{hint} The templates: {', '.join(known)}.")
+        check_known("Template", word, known, "The templates:")
     return tuple(wanted)
 
 
@@ -94,7 +88,6 @@ def parse_families(names: Iterable[str]) -> tuple[Family, ...]:
     Raises SettingError for a name that is not a family.
     """
     wanted = {word.strip().upper() for name in names for word in name.split(",")}
-    for word in sorted(wanted - FAMILIES.keys()):
-        hint = did_you_mean(word, FAMILIES)
-        raise SettingError(f"Family {word!r} does not exist.{hint} The families: {', '.join(FAMILIES)}.")
+    for word in sorted(wanted):
+        check_known("Family", word, FAMILIES, "The families:")
     return tuple(family for family in FAMILIES if family in wanted)

@@ -17,7 +17,7 @@ from pydantic import Field
 from vigil.base.json_lines import dump_line, parse_line, read_lines
 from vigil.base.models import FrozenModel
 from vigil.base.versions import schema_validator
-from vigil.errors import SettingError, did_you_mean
+from vigil.errors import SettingError, check_known
 from vigil.packs.files import MANIFEST, PackFiles
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, Family
@@ -128,10 +128,8 @@ def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
     wanted = {word.strip().lower() for name in names for word in name.split(",")}
     if wanted == {"all"}:
         return LEVELS
-    for word in sorted(wanted - set(LEVELS)):
-        raise SettingError(
-            f"Level {word!r} does not exist.{did_you_mean(word, LEVELS)} Choose one of: {', '.join(LEVELS)}, or all."
-        )
+    for word in sorted(wanted):
+        check_known("Level", word, LEVELS, "Choose one of:", ", or all.")
     return tuple(level for level in LEVELS if level in wanted)
 
 

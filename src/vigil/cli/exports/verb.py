@@ -11,7 +11,7 @@ from vigil.base.settings import Setting
 from vigil.cli.arguments import Epoch
 from vigil.cli.progress import read_runs_shown
 from vigil.cli.text import print_notes
-from vigil.errors import SettingError, did_you_mean
+from vigil.errors import SettingError, check_known
 from vigil.integrations.exports.options import Disclosure, Publisher
 from vigil.runner.shared_settings import AssetFile
 
@@ -131,9 +131,7 @@ def _check_options(format_: str, publisher: Publisher, disclosure: Disclosure, *
 
 def _check_place(format_: str, out: Path) -> None:
     """Raise SettingError if the format does not exist or cannot be written to `out`."""
-    if format_ not in FORMATS:
-        hint = did_you_mean(format_, FORMATS)
-        raise SettingError(f"Format {format_!r} does not exist.{hint} Known: {', '.join(FORMATS)}.")
+    check_known("Format", format_, FORMATS)
     if not out.absolute().parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if format_ == PARQUET and out.suffix != ".parquet":

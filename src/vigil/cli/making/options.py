@@ -10,7 +10,7 @@ from vigil.authoring.packing.requests import MAX_PER_HOUSE, PER_FAMILY, PackRequ
 from vigil.authoring.packing.suites import KINDS_IN_WORDS, SUITES, SuiteName
 from vigil.base.settings import Setting
 from vigil.cli.arguments import Robust, SeedFile
-from vigil.errors import SettingError, did_you_mean
+from vigil.errors import SettingError, check_known
 from vigil.packs.private import chosen_seed
 from vigil.protocol.families import FAMILIES, parse_kinds
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
@@ -182,10 +182,7 @@ class Content(Common):
         found: dict[str, int] = {}
         for name in self.kinds:
             kind, colon, count = name.partition(":")
-            if kind not in known:
-                raise SettingError(
-                    f"Kind {kind!r} does not exist.{did_you_mean(kind, known)} Kinds: {', '.join(known)}."
-                )
+            check_known("Kind", kind, known, "Kinds:")
             if colon and (not count.isdecimal() or int(count) < 1):
                 raise SettingError(
                     f"--kind {name}: {count!r} is not a number of tasks. Write --kind {kind}:20, for instance."
