@@ -1,7 +1,5 @@
 """Figures in reports that show frames: trajectories, the pipeline of an episode, and the diagram of the protocol."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -99,7 +97,12 @@ def tracks_of(
     episode = loaded[0][1].episode(episode_id)
     if any(other.episode(episode_id) != episode for _, other in loaded):
         raise RecordError(f"Episode {episode_id!r} is not the same in the packs of these runs. Give runs of one pack.")
-    return episode, [_track(run, found, episode, epoch, assets) for run, found in loaded]
+    tracks: list[AgentTrajectory] = []
+    for run, found in loaded:
+        record = find_record(run, found.episodes, (episode_id, epoch))
+        drawn = frames_of_record(run.folder, run.header.spec, found, record, assets)
+        tracks.append(make_trajectory(run.name, episode, record, drawn))
+    return episode, tracks
 
 
 def protocol_of(pack: str | Path, frames: FrameSource) -> Figure:
@@ -223,10 +226,3 @@ def _common_episodes(runs: Sequence[Run]) -> list[str]:
         if counts:
             found.append(min(counts, key=lambda name: (-counts[name], name)))
     return found
-
-
-def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
-    record = find_record(run, pack.episodes, (episode.id, epoch))
-    return make_trajectory(
-        run.name, episode, record, frames_of_record(run.folder, run.header.spec, pack, record, assets)
-    )

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from vigil.records.costs import Prices
     from vigil.records.probe_file import ProbeTable
     from vigil.runner.plan import RunPlan
-    from vigil.runner.probes.finished import FinishedProbing
     from vigil.runner.progress import RunProgress
     from vigil.runner.run import RunResult
     from vigil.runner.verify_run import Verification
@@ -224,7 +223,12 @@ def probe(
     probing = plan_probing(run, settings)
     print_notes(probing.run.notes)
     if dry_run:
-        _print_probing(probing, settings.prices)
+        low, high = probing.input_tokens()
+        print(f"{probing.probes} probes of {len(probing.plays)} plays; nothing was sent.")
+        print(f"{'input tokens':14} {low:>14,} .. {high:>14,}")
+        if settings.prices is not None:
+            cheap, dear = settings.prices.cost_of(low, 0), settings.prices.cost_of(high, 0)
+            print(f"{'cost of input':14} {cheap:>14,.2f} .. {dear:>14,.2f}")
         return
     with progress("probe") as show:
         table = probe_run(probing, settings, show)
@@ -232,14 +236,6 @@ def probe(
     print(f"Probes: {run / PROBES_FILE}")
     if table.errors:
         raise typer.Exit(1)
-
-
-def _print_probing(probing: FinishedProbing, prices: Prices | None) -> None:
-    low, high = probing.input_tokens()
-    print(f"{probing.probes} probes of {len(probing.plays)} plays; nothing was sent.")
-    print(f"{'input tokens':14} {low:>14,} .. {high:>14,}")
-    if prices is not None:
-        print(f"{'cost of input':14} {prices.cost_of(low, 0):>14,.2f} .. {prices.cost_of(high, 0):>14,.2f}")
 
 
 def print_probes(table: ProbeTable, prices: Prices | None) -> None:

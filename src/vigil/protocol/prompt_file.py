@@ -16,8 +16,6 @@ INSTRUCTION_SLOT: Final = "<TASK_INSTRUCTION>"
 ACTIONS_SLOT: Final = "<ALLOWED_ACTIONS>"
 GROUNDING_SLOT: Final = "<GROUNDING_RULES>"
 OUTPUT_SLOT: Final = "<OUTPUT_FORMAT>"
-BLOCK_SLOTS = (ACTIONS_SLOT, GROUNDING_SLOT, OUTPUT_SLOT)
-"""Optional placeholders. The only other placeholder, the instruction, is required."""
 MAX_BYTES = 64_000
 _SLOT = re.compile(r"<[A-Z][A-Z0-9_]*>")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
@@ -58,7 +56,7 @@ def check_template(template: str) -> None:
         raise ValueError(f"{_place(template, fault)}: {fault[0]!r} is not allowed in a text. Remove it.")
     seen: set[str] = set()
     for slot in _SLOT.finditer(template):
-        known = (INSTRUCTION_SLOT, *BLOCK_SLOTS)
+        known = (INSTRUCTION_SLOT, ACTIONS_SLOT, GROUNDING_SLOT, OUTPUT_SLOT)
         if slot[0] not in known:
             raise ValueError(
                 f"{_place(template, slot)}: {slot[0]} is not a placeholder.{did_you_mean(slot[0], known)} The "

@@ -1,7 +1,5 @@
 """Exports one run as a static site, or one of its episodes as a page or a film."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path

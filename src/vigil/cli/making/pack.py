@@ -1,7 +1,5 @@
 """From drafts to a pack: propose in as many houses as are needed, measure levels, check and freeze."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
