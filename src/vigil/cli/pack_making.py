@@ -13,7 +13,6 @@ import typer
 from vigil.base.settings import Setting
 from vigil.cli.arguments import PackArgument
 from vigil.cli.making.options import Building, Common, Content, Drafting, Drawing, OutFolder, Proposing
-from vigil.cli.packs import load_pack
 from vigil.cli.progress import progress
 from vigil.cli.text import print_note, print_notes
 from vigil.errors import SettingError
@@ -277,6 +276,7 @@ def perturb(
     """
     from vigil.authoring.packing.verify import VerificationSettings
     from vigil.authoring.perturbation.perturb import PerturbationSettings, perturb_pack
+    from vigil.cli.packs import load_pack
     from vigil.runner.workers.pool import worker_count
 
     loaded, database = load_pack(pack, assets)
