@@ -38,7 +38,7 @@ def rooms(*doors: Hole | None) -> Scene:
     for number in range(len(doors) + 1):
         name, shift = "abc"[number], np.array([4.0 * number, 0.0])
         lamp = Vec3(2.0 + 4.0 * number, 2.4, 2.0)
-        shapes.append(RoomShape(name, "Kitchen", corners + shift, 2.5, plaster, plaster, lamp, (1.0, 1.0, 1.0), 1.0))
+        shapes.append(RoomShape(name, "Kitchen", corners + shift, 2.5, plaster, plaster, lamp, (1.0, 1.0, 1.0)))
     far = 4.0 * len(shapes)
     around = [((0.0, 0.0), (0.0, 4.0)), ((far, 0.0), (far, 4.0)), ((0.0, 0.0), (far, 0.0)), ((0.0, 4.0), (far, 4.0))]
     for number, (start, end) in enumerate(around):

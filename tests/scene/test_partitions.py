@@ -55,7 +55,7 @@ def two_rooms(*things: Thing, holes: tuple[Hole, ...] = ()) -> SceneState:
     """Two rooms of 3 m by 3 m with a wall at x = 3 between them; the agent stands in the west one."""
     rooms = [
         RoomShape(name, "Bedroom", np.array([(x, 0), (x, 3), (x + 3, 3), (x + 3, 0)], float), 2.5, PLAIN, None,
-                  Vec3(x + 1.5, 2.4, 1.5), (1.0, 1.0, 1.0), 1.0)
+                  Vec3(x + 1.5, 2.4, 1.5), (1.0, 1.0, 1.0))
         for name, x in (("west", 0.0), ("east", 3.0))
     ]  # fmt: skip
     corners = [(0.0, 0.0), (0.0, 3.0), (6.0, 3.0), (6.0, 0.0), (0.0, 0.0)]

@@ -56,7 +56,7 @@ def make_scene() -> Scene:
     corners = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)]
     room = RoomShape(
         "room", "Kitchen", np.array(corners), 2.5, MaterialRef(name="planks/oak"), None,
-        Vec3(0.0, 2.4, 0.0), (1.0, 1.0, 1.0), 1.0,
+        Vec3(0.0, 2.4, 0.0), (1.0, 1.0, 1.0),
     )  # fmt: skip
     panels = []
     for number in range(4):

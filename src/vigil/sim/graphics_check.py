@@ -56,7 +56,7 @@ def _sample() -> Scene:
     """Return a sample scene: a room with an apple on a table."""
     corners = np.array([(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)])
     room = RoomShape(
-        "room", "Kitchen", corners, 2.5, MaterialRef(name="planks/oak"), None, Vec3(0.0, 2.4, 0.0), (1.0, 1.0, 1.0), 1.0
+        "room", "Kitchen", corners, 2.5, MaterialRef(name="planks/oak"), None, Vec3(0.0, 2.4, 0.0), (1.0, 1.0, 1.0)
     )
     plaster = MaterialRef(name="plaster/white")
     panels = [

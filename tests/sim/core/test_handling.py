@@ -220,7 +220,7 @@ def test_nothing_is_put_into_the_back_of_a_seat():
     chair = Thing("chair", "Chair", make("Chair", CATALOG["Chair"].typical_size, 1), Vec3(0, 0.45, 0), Vec3(0, 0, 0))
     bottle = Thing("b", "Bottle", make("Bottle", CATALOG["Bottle"].typical_size, 0), Vec3(2, 1, 2), Vec3(0, 0, 0))
     floor = np.array([(-3, -3), (3, -3), (3, 3), (-3, 3)])
-    room = RoomShape("r", "Kitchen", floor, 2.5, PLAIN, None, Vec3(0, 2.4, 0), (1, 1, 1), 1.0)
+    room = RoomShape("r", "Kitchen", floor, 2.5, PLAIN, None, Vec3(0, 2.4, 0), (1, 1, 1))
     scene = Scene([room], [], {"chair": chair, "b": bottle})
     state = SceneState(scene, Pose(position=Vec3(0, 0, 1), rotation=180.0), CollisionMap(scene))
     state.take(bottle)

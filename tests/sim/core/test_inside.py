@@ -24,7 +24,7 @@ from vigil.sim.core.state import SceneState
 
 ORIGIN = Vec3(0, 0, 0)
 FLOOR = np.array([(-4, -4), (4, -4), (4, 4), (-4, 4)])
-ROOM = RoomShape("r", "Kitchen", FLOOR, 2.5, MaterialRef(name="plaster/white"), None, Vec3(0, 2.4, 0), (1, 1, 1), 1.0)
+ROOM = RoomShape("r", "Kitchen", FLOOR, 2.5, MaterialRef(name="plaster/white"), None, Vec3(0, 2.4, 0), (1, 1, 1))
 
 
 def thing(name: str, at: Vec3 = ORIGIN, variant: int = 0, openness: float = 0.0) -> Thing:

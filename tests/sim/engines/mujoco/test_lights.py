@@ -20,7 +20,7 @@ BOX = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)]
 def room(polygon: list[tuple[float, float]], light: tuple[float, float], name: str = "r") -> RoomShape:
     material = MaterialRef(name="plaster/white")
     place = Vec3(light[0], 2.4, light[1])
-    return RoomShape(name, "Kitchen", np.array(polygon), 2.5, material, None, place, (1.0, 1.0, 1.0), 1.0)
+    return RoomShape(name, "Kitchen", np.array(polygon), 2.5, material, None, place, (1.0, 1.0, 1.0))
 
 
 def lamp_of(shape: RoomShape) -> tuple[float, float]:

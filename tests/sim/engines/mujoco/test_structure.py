@@ -22,7 +22,7 @@ SHAPES = {
 
 def a_scene(polygon: list[tuple[float, float]], holes: tuple[Hole, ...] = ()) -> Scene:
     material = MaterialRef(name="plaster/white")
-    room = RoomShape("r", "Kitchen", np.array(polygon), 2.5, material, None, Vec3(1.0, 2.4, 1.0), (1.0, 1.0, 1.0), 1.0)
+    room = RoomShape("r", "Kitchen", np.array(polygon), 2.5, material, None, Vec3(1.0, 2.4, 1.0), (1.0, 1.0, 1.0))
     panel = WallPanel("w", "r", (0.0, 0.0), (4.0, 0.0), 0.0, 2.5, (0.0, 1.0), material, holes)
     return Scene(rooms=[room], panels=[panel])
 
