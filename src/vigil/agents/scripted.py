@@ -9,14 +9,13 @@ import hashlib
 import json
 import re
 from collections.abc import Callable, Iterator
-from itertools import cycle, islice
+from itertools import chain, cycle, islice, repeat
 from typing import Any, get_args
 
 import numpy as np
 
 from vigil.agents.agent import Agent
 from vigil.base.numbered_list import read_list
-from vigil.errors import SettingError
 from vigil.protocol.actions import (
     Intent,
     InteractPixel,
@@ -83,9 +82,10 @@ _INTENT_WORDS: dict[Intent, str] = {
     "close_access": r"\bclos(e|ed|ing)\b|\bshut",
     "open_access": r"\bopen",
     "activate": r"\bon\b|\bstart|\blight\b",
+    "pick": "",
 }
-"""Intent -> pattern of words that ask for the intent. The first pattern that matches decides; without a match, the
-intent is `pick`."""
+"""Intent -> pattern of words that ask for the intent. The first pattern that matches decides; that of `pick` always
+matches."""
 
 Script = Callable[[np.random.Generator, str], Iterator[str]]
 """Function that yields an agent's replies; its arguments are a random generator and the instruction."""
@@ -145,9 +145,7 @@ def _reply_text(action: Navigate | InteractPixel) -> str:
 
 
 def _then_success(actions: tuple[Navigate | InteractPixel, ...]) -> Iterator[str]:
-    yield from map(_reply_text, actions)
-    while True:
-        yield _report()
+    return chain(map(_reply_text, actions), repeat(_report()))
 
 
 def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
@@ -155,22 +153,16 @@ def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
 
     The clicks have the intent that the instruction asks for.
     """
-    intent = _intent_of(instruction.lower())
+    words = instruction.lower()
+    intent: Intent = next(intent for intent, asked in _INTENT_WORDS.items() if re.search(asked, words))
     clicks = tuple(InteractPixel(intent=intent, x=x, y=CLICK_ROW_Y) for x in CLICK_ROW_X)
     ahead = Navigate(mode="forward", magnitude=4)
     return (ahead, *clicks, ahead, *clicks)
 
 
-def _intent_of(words: str) -> Intent:
-    for intent, asked in _INTENT_WORDS.items():
-        if re.search(asked, words):
-            return intent
-    return "pick"
-
-
-def _noop(_: np.random.Generator, _instruction: str) -> Iterator[str]:
-    while True:
-        yield _skill("interact_pixel", intent="drop")
+def _always(reply: str) -> Script:
+    """Return a script that always gives the same reply."""
+    return lambda _rng, _instruction: repeat(reply)
 
 
 def _random(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
@@ -197,21 +189,6 @@ def _random_action(rng: np.random.Generator) -> str:
     return _skill("navigate", mode=mode, magnitude=int(rng.integers(1, most + 1)))
 
 
-def _always_success(_: np.random.Generator, _instruction: str) -> Iterator[str]:
-    while True:
-        yield _report()
-
-
-def _always_fail(_: np.random.Generator, _instruction: str) -> Iterator[str]:
-    while True:
-        yield _report("fail")
-
-
-def _always_invalid(_: np.random.Generator, _instruction: str) -> Iterator[str]:
-    while True:
-        yield _report("invalid")
-
-
 def _coin(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
         yield _report(("success", "fail")[int(rng.integers(2))])
@@ -224,8 +201,7 @@ def _claims(claim_of: Callable[[np.random.Generator, str], str]) -> Script:
     def script(rng: np.random.Generator, instruction: str) -> Iterator[str]:
         chores = enumerate(read_list(instruction), start=1)
         claims = {str(number): claim_of(rng, chore) for number, chore in chores}
-        while True:
-            yield _skill("report", status="success", summary="Done.", claims=claims)
+        return repeat(_skill("report", status="success", summary="Done.", claims=claims))
 
     return script
 
@@ -238,13 +214,8 @@ def _guess(rng: np.random.Generator, chore: str) -> str:
     return words[int(rng.integers(2))]
 
 
-def _malformed(_: np.random.Generator, _instruction: str) -> Iterator[str]:
-    while True:
-        yield PROSE
-
-
 SCRIPTS: dict[str, Script] = {
-    "noop": _noop,
+    "noop": _always(_skill("interact_pixel", intent="drop")),
     "random": _random,
     "sweep": lambda _, instruction: _then_success(TURN_ACTIONS),
     "forward": lambda _, instruction: _then_success(WALK_ACTIONS),
@@ -252,11 +223,11 @@ SCRIPTS: dict[str, Script] = {
     "click_around": lambda _, instruction: _then_success(click_actions(instruction)),
     "point": lambda _, instruction: _then_success(POINT_ACTIONS),
     "centre": lambda _, instruction: _then_success(CENTRE_ACTIONS),
-    "always_success": _always_success,
-    "always_fail": _always_fail,
-    "always_invalid": _always_invalid,
+    "always_success": _always(_report()),
+    "always_fail": _always(_report("fail")),
+    "always_invalid": _always(_report("invalid")),
     "coin": _coin,
-    "malformed": _malformed,
+    "malformed": _always(PROSE),
     "claim_success": _claims(lambda _rng, _chore: "success"),
     "claim_fail": _claims(lambda _rng, _chore: "fail"),
     "claim_coin": _claims(_guess),
@@ -264,8 +235,5 @@ SCRIPTS: dict[str, Script] = {
 
 
 def scripted_agent(name: str, seed: int = 0) -> ScriptedAgent:
-    """Return the scripted agent of that name. Raises SettingError on an unknown name."""
-    script = SCRIPTS.get(name)
-    if script is None:
-        raise SettingError(f"Scripted agent {name!r} does not exist. Choose one of: {', '.join(SCRIPTS)}.")
-    return ScriptedAgent(name, script, seed)
+    """Return the scripted agent of that name, one of `SCRIPTS`."""
+    return ScriptedAgent(name, SCRIPTS[name], seed)
