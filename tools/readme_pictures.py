@@ -28,7 +28,7 @@ from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader
 from vigil.runner.plan import run_spec
 from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.workers.frames import FrameStore
-from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.play import play
 
 ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "readme", ROOT / "runs" / "readme"
@@ -85,9 +85,8 @@ def play_doubter(pack: Pack) -> None:
     episode = next(each for each in pack.episodes if each.id == EPISODE)
     replies = doubting_replies(pack)
     store = FrameStore(folder / FRAMES_FOLDER)
-    watcher = EpisodeObserver(on_reply=lambda observation, _: store.save(observation.rgb))
     with vigil.make_env(pack, profile) as env:
-        play(episode, env, Doubter(replies), watcher)
+        play(episode, env, Doubter(replies), on_reply=lambda observation, _: store.save(observation.rgb))
         record = env.record()
     header = RunHeader(run_id=DOUBTER, nonce=new_nonce(), spec=spec, package_version="", started=now, ended=now)
     write_header(folder, header)

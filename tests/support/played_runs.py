@@ -15,7 +15,7 @@ from vigil.protocol.prompt import policy_sha256, policy_version
 from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader, RunSpec
 from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.workers.frames import FrameStore
-from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.play import play
 from vigil.sim import make_simulator
 
 
@@ -51,12 +51,12 @@ def make_run(
     env = Env(make_simulator(simulator, assets=AssetDatabase.default()), pack.house_of, profile)
     with (folder / EPISODES_FILE).open("wb") as rows:
         for episode in pack.episodes:
-            watcher = (
-                EpisodeObserver(on_reply=lambda observation, _: store.save(observation.rgb))
-                if frames
-                else EpisodeObserver()
+            play(
+                episode,
+                env,
+                scripted_agent(agent, 3),
+                on_reply=lambda observation, _: store.save(observation.rgb) if frames else None,
             )
-            play(episode, env, scripted_agent(agent, 3), watcher)
             record = env.record()
             assert record.end != "error", record.error
             rows.write(dump_line(header.stamp(record)))

@@ -28,7 +28,7 @@ from vigil.records.record import RunHeader, RunSpec
 from vigil.records.record_file import read_records
 from vigil.runner.run_folder import write_header
 from vigil.runner.workers.messages import RenderSettings
-from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.play import play
 from vigil.sim import make_simulator
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
@@ -132,7 +132,7 @@ def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tupl
     simulator = make_simulator("mujoco", assets=AssetDatabase.load(database), quality="fast")
     try:
         env = Env(simulator, pack.house_of, profile)
-        play(episode, env, scripted_agent("sweep", 3), EpisodeObserver(on_reply=lambda observation, _: observation.rgb))
+        play(episode, env, scripted_agent("sweep", 3), on_reply=lambda observation, _: observation.rgb)
         record = header.stamp(env.record())
         assert record.end != "error", record.error
         (run / "episodes.jsonl").write_bytes(dump_line(record))

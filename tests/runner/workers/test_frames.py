@@ -10,7 +10,7 @@ from vigil.env import Env
 from vigil.errors import RecordError
 from vigil.protocol.profile import Profile
 from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
-from vigil.runner.workers.play import EpisodeObserver, play
+from vigil.runner.workers.play import play
 from vigil.sim import make_simulator
 
 
@@ -19,8 +19,7 @@ def test_frames_are_drawn_again_from_the_recorded_actions(tmp_path: Path) -> Non
     episode = pack.episodes[0]
     env = Env(make_simulator("fake", assets=AssetDatabase.default()), pack.house_of, Profile())
     seen: list[np.ndarray] = []
-    watcher = EpisodeObserver(on_reply=lambda observation, _: seen.append(observation.rgb.copy()))
-    play(episode, env, scripted_agent("sweep"), watcher)
+    play(episode, env, scripted_agent("sweep"), on_reply=lambda observation, _: seen.append(observation.rgb.copy()))
     record = env.record()
     again = list(redraw(episode, record, env))
     assert len(seen) == 5

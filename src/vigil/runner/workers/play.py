@@ -2,7 +2,6 @@
 
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from vigil.agents.agent import Agent, Resumable
 from vigil.env import Env
@@ -11,26 +10,6 @@ from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.observation import Observation
 from vigil.runner.workers.messages import Fork
-
-
-@dataclass(frozen=True, slots=True)
-class EpisodeObserver:
-    """Callbacks that report on an episode while it is played."""
-
-    on_first_frame: Callable[[], None] = lambda: None
-    """Function that is called before the agent is shown the first frame."""
-    on_reply: Callable[[Observation, Reply], object] = lambda _observation, _reply: None
-    """Function that is called with each observation and the agent's reply to it, before the reply is carried out."""
-
-
-@dataclass(frozen=True, slots=True)
-class Before:
-    """What is carried out before the agent's first reply in this process."""
-
-    fork: Fork | None = None
-    """Recorded play that the episode continues; None if the episode begins at its start."""
-    earlier: Sequence[Reply] | None = None
-    """The agent's replies from a process that was lost; None if the agent has not begun."""
 
 
 def begin(
@@ -54,15 +33,20 @@ def play(
     episode: Episode,
     env: Env,
     agent: Agent,
-    observer: EpisodeObserver = EpisodeObserver(),
-    before: Before = Before(),
+    *,
+    fork: Fork | None = None,
+    earlier: Sequence[Reply] | None = None,
+    on_first_frame: Callable[[], None] = lambda: None,
+    on_reply: Callable[[Observation, Reply], object] = lambda _observation, _reply: None,
 ) -> None:
     """Play `episode` to its end in `env`, which then has the record.
 
-    The replies in `before` are carried out first. The agent sees only observations and the instruction. Failures of its
+    The replies of `fork`, the play that the episode continues, are carried out first, then `earlier`: the agent's
+    replies from a lost process (None: it has not begun). `on_first_frame` is called before the first frame is shown,
+    `on_reply` before a reply is carried out. The agent sees only observations and the instruction. Failures of its
     program end the episode as `error`. Raises InputError.
     """
-    observation, earlier = begin(env, episode, before.fork), before.earlier
+    observation = begin(env, episode, fork)
     try:
         for reply in earlier or ():
             if observation is not None:
@@ -74,10 +58,10 @@ def play(
             else:
                 agent.start(episode.instruction)
             if earlier is None:
-                observer.on_first_frame()
+                on_first_frame()
         while observation is not None:
             reply = agent.act(observation)
-            observer.on_reply(observation, reply)
+            on_reply(observation, reply)
             observation = env.step(reply)
     except InputError:
         raise

@@ -27,7 +27,7 @@ from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.models.redaction import Secrets
 from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
 from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
-from vigil.runner.workers.play import Before, EpisodeObserver, begin, play
+from vigil.runner.workers.play import begin, play
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -99,8 +99,15 @@ class EpisodeWorker:
         slot = self._slot_for(assignment)
         try:
             with self._agent_for(assignment, slot.simulator) as agent:
-                observer = EpisodeObserver(partial(report, FIRST_FRAME, is_awaited=True), self._on_reply)
-                play(assignment.episode, slot.env, agent, observer, Before(assignment.fork, earlier))
+                play(
+                    assignment.episode,
+                    slot.env,
+                    agent,
+                    fork=assignment.fork,
+                    earlier=earlier,
+                    on_first_frame=partial(report, FIRST_FRAME, is_awaited=True),
+                    on_reply=self._on_reply,
+                )
             return self._record(slot)
         finally:
             self._release(slot)
