@@ -20,8 +20,9 @@ from benchmarks import still
 from tests.support.tiny_pack import tiny_pack
 from vigil.protocol.actions import Reply, Usage
 from vigil.records.probe_file import read_probes
-from vigil.runner import run
-from vigil.runner.probes.prober import Prober
+from vigil.records.record import RunHeader
+from vigil.runner import probes, run
+from vigil.runner.probes import Prober
 from vigil.runner.settings import RunSettings
 from vigil.scoring.probe_schedule import parse_schedule
 
@@ -31,7 +32,7 @@ BELIEF = '{"done": false, "report": "fail", "sure": 3, "evidence": "I do not see
 def main() -> None:
     options = read_options()
     command = [sys.executable, "-m", "tests.support.chat_server", "0", str(options.turns)]
-    run.Prober = answered_here  # pyright: ignore[reportPrivateImportUsage, reportAttributeAccessIssue]
+    probes.Prober = answered_here  # pyright: ignore[reportPrivateImportUsage, reportAttributeAccessIssue]
     server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert server.stdout is not None
     url = server.stdout.readline().strip()
@@ -71,13 +72,13 @@ def measure(folder: Path, url: str, name: str, is_probed: bool) -> tuple[float, 
     return time.process_time() - own, children_s() - of_workers, calls
 
 
-def answered_here(asked: Any, profile: Any, _: object, *others: Any) -> Prober:
+def answered_here(asked: Any, header: RunHeader, _: object, *others: Any) -> Prober:
     """Return a prober whose questions are answered here and not by the server."""
 
     async def answer(_: object) -> Reply:
         return Reply(text=BELIEF, usage=Usage(input_tokens=1, output_tokens=1))
 
-    return Prober(asked, profile, answer, *others)
+    return Prober(asked, header, answer, *others)
 
 
 def children_s() -> float:

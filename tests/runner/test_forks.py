@@ -16,7 +16,7 @@ from vigil.packs.pack import Pack
 from vigil.records.record import EpisodeRecord, read_header
 from vigil.runner.forks.plan import parse_at
 from vigil.runner.plan import plan_run
-from vigil.runner.probes.finished import FinishedProbeSettings, plan_probing
+from vigil.runner.probes import FinishedProbeSettings, plan_probing
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run

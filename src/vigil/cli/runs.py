@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vigil.records.costs import Prices
     from vigil.records.probe_file import ProbeTable
     from vigil.runner.plan import RunPlan
+    from vigil.runner.probes import FinishedProbing
     from vigil.runner.progress import RunProgress
     from vigil.runner.run import RunResult
     from vigil.runner.verify_run import Verification
@@ -218,7 +219,7 @@ def probe(
     vigil probe runs/gpt-4o --steps at-goal,at-report --framing both
     """
     from vigil.records.probe_file import PROBES_FILE
-    from vigil.runner.probes.finished import plan_probing, probe_run
+    from vigil.runner.probes import plan_probing, probe_run
 
     probing = plan_probing(run, settings)
     print_notes(probing.run.notes)

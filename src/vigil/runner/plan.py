@@ -31,7 +31,7 @@ from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets
 from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
-from vigil.runner.probes.prober import ProbePlan, framings
+from vigil.runner.probes import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import WorkerPlan

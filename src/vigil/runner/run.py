@@ -31,7 +31,7 @@ from vigil.runner.models.identity_log import ModelIdentityLog
 from vigil.runner.models.redaction import redacted_errors
 from vigil.runner.models.thinking import describe_switch
 from vigil.runner.plan import RunPlan, plan_run
-from vigil.runner.probes.prober import FrameMemory, MissingProbes, Play, Prober
+from vigil.runner.probes import FrameMemory, Play, Prober, ask_missing, new_prober
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.retries import ATTEMPTS, RetryPolicy
 from vigil.runner.run_folder import RunFolder
@@ -108,15 +108,13 @@ class _RunSession:
         plays = [(by_id[record.episode_id], record) for record in self.folder.records()]
         return [play for play in plays if asked.missing(table, *play)]
 
-    def prober(self, asking: Callable[[ModelIdentityLog], Ask]) -> Prober | None:
-        """Return the prober, which asks through the function that `asking` returns; None if the run has no probes."""
-        asked = self.plan.execution.probes
-        if self.probes is None or asked is None:
-            return None
-        header, redact = self.folder.header, self.plan.secrets.redact
-        earlier = () if self.plan.execution.force else header.answering_models
-        ask = asking(ModelIdentityLog(earlier_names=earlier, redact=redact))
-        return Prober(asked, self.plan.spec.profile, ask, self.probes, header.sha256, redact)
+    def prober(self, asking: Callable[[ModelIdentityLog], Ask]) -> Prober:
+        """Return the prober of a run with probes, which asks through the function that `asking` returns."""
+        asked, plan = self.plan.execution.probes, self.plan
+        assert self.probes is not None
+        assert asked is not None
+        redact, force = plan.secrets.redact, plan.execution.force
+        return new_prober(asked, self.folder.header, self.probes, asking, redact, force=force)
 
     async def play(self, assignment: Assignment, player: Player) -> EpisodeRecord:
         """Play an episode until it ends without error, at most ATTEMPTS times with growing waits, and save its row.
@@ -217,7 +215,9 @@ def _play_all(run: _RunSession) -> None:
         if assignments:
             _play_pending(run, pool, assignments)
         if unprobed and run.plan.endpoint is not None:
-            asyncio.run(_ask_missing(run, run.plan.endpoint, pool, unprobed))
+            with hiding_other_keys(run.plan.endpoint.access):
+                store = FrameStore(run.folder.frames)
+                asyncio.run(ask_missing(run.plan.endpoint, run.prober, store, pool, unprobed))
 
 
 def _play_pending(run: _RunSession, pool: SimulatorPool, assignments: Sequence[Assignment]) -> None:
@@ -228,18 +228,6 @@ def _play_pending(run: _RunSession, pool: SimulatorPool, assignments: Sequence[A
     else:
         run.progress.start()
         asyncio.run(_play_in_workers(run, pool, assignments))
-
-
-async def _ask_missing(run: _RunSession, endpoint: Endpoint, pool: SimulatorPool, plays: Sequence[Play]) -> None:
-    """Ask the probes that are missing from plays of earlier sessions."""
-    from vigil.runner.models.inspect_model import ModelClient  # noqa: PLC0415 - loads Inspect
-
-    with hiding_other_keys(endpoint.access):
-        async with ModelClient(endpoint) as client:
-            prober = run.prober(client.asking)
-            if prober is not None:
-                missing = MissingProbes(prober, FrameStore(run.folder.frames), pool)
-                await missing.ask(plays, endpoint.max_connections)
 
 
 @contextmanager
@@ -298,7 +286,7 @@ def _play_with_model(
                 asyncio.run(check)
             run.progress.start()
             client = ModelClient(endpoint, identity_log)
-            play_one = _play_one(run, pool, client.ask, run.prober(client.asking))
+            play_one = _play_one(run, pool, client.ask, None if run.probes is None else run.prober(client.asking))
             keep_samples = not is_private(plan.pack.manifest.meta)
             evaluate(client, assignments, play_one, folder.inspect_logs, keep_samples=keep_samples)
         finally:

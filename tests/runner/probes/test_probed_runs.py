@@ -20,7 +20,7 @@ from vigil.records.record import Shard, read_header
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import merge_runs
 from vigil.runner.plan import plan_run
-from vigil.runner.probes.finished import FinishedProbeSettings, plan_probing, probe_run
+from vigil.runner.probes import FinishedProbeSettings, plan_probing, probe_run
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 from vigil.scoring.probe_schedule import parse_schedule

@@ -13,7 +13,7 @@ from tests.support.tiny_pack import tiny_pack
 from vigil.errors import SettingError
 from vigil.protocol.profiles.rows import CRITERIA_REQUEST, LOOK_AGAIN, PROFILE_NAMES
 from vigil.runner.plan import plan_run
-from vigil.runner.probes.finished import FinishedProbeSettings, plan_probing, probe_run
+from vigil.runner.probes import FinishedProbeSettings, plan_probing, probe_run
 from vigil.runner.run import run_pack
 from vigil.runner.verify_run import VerifySettings, verify_run
 

@@ -1,7 +1,7 @@
 """Players of a run: an agent inside a worker, or a model that is asked from the main process."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Protocol
@@ -10,14 +10,15 @@ from vigil.agents.conversation import Conversation, Message
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.base.processes.worker import Worker, WorkerLost
 from vigil.base.versions import Versions
+from vigil.env import cues_after, feedback_after
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.protocol.actions import Reply
 from vigil.protocol.finish_reasons import stop_cause
+from vigil.protocol.observation import Cues, Feedback
 from vigil.protocol.profile import Profile
-from vigil.records.record import Boundary, EpisodeRecord, ErrorFact, Key
+from vigil.records.record import Boundary, EpisodeRecord, ErrorFact, Key, StepRecord
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import CONTEXT_ERROR, size_hint
-from vigil.runner.workers.history import RecordedTurns
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 
@@ -89,8 +90,8 @@ class ModelPlayer:
         if isinstance(answer, EncodedObservation):
             if fork is not None:
                 past = dict(enumerate(answer.past, start=1))
-                turns = RecordedTurns(fork.steps, self.profile, assignment.episode.max_steps, past)
-                deque(turns.add_to(conversation), maxlen=0)
+                max_steps = assignment.episode.max_steps
+                deque(add_recorded_turns(conversation, fork.steps, self.profile, max_steps, past), maxlen=0)
             on_first_frame()
             if self.profile.row.declares_criteria:
                 criteria = await ask_for_reply(
@@ -106,6 +107,26 @@ class ModelPlayer:
             conversation.add(answer.feedback, reply.text, cues=answer.cues, picture=answer.picture)
             answer = await live.advance(reply)
         return answer
+
+
+def add_recorded_turns(
+    conversation: Conversation,
+    steps: Sequence[StepRecord],
+    profile: Profile,
+    max_steps: int,
+    pictures: Mapping[int, EncodedFrame],
+) -> Iterator[tuple[StepRecord, Feedback | None, Cues | None]]:
+    """Yield each recorded step with what was shown next to its frame; then the step becomes a turn of the conversation,
+    exactly as it was shown to the model.
+
+    `max_steps` is the episode's budget. `pictures` has frames by step; those not in the conversation may be missing.
+    """
+    feedback, cues = None, cues_after(None, profile, max_steps)
+    for step in steps:
+        yield step, feedback, cues
+        conversation.add(feedback, step.reply.text, cues=cues, picture=pictures.get(step.index))
+        feedback = feedback_after(step.effect, profile)
+        cues = cues_after(step, profile, max_steps)
 
 
 async def ask_for_reply(ask: Ask, messages: Sequence[Message], profile: Profile, *, has_replied: bool) -> Reply:
