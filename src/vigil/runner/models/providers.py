@@ -7,6 +7,7 @@ name. Names are case-sensitive.
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.util import find_spec
 from typing import Any
 
@@ -106,22 +107,23 @@ def _is_importable(module: str) -> bool:
         return False
 
 
-def _local_server(title: str, address: str, thinking: ThinkingSwitch | None = TEMPLATE_SWITCH) -> Provider:
-    """Return a local server at its usual address."""
-    return Provider(title, address=address, is_openai_style=True, thinking=thinking)
+def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
+    """Return a provider in which empty lists of variables are filled with names made from `prefix`."""
+    stem = prefix.upper().replace("-", "_")
+    keys = () if provider.signs_in or prefix == "mockllm" else (f"{stem}_API_KEY",)
+    addresses = () if prefix == "mockllm" else (f"{stem}_BASE_URL",)
+    return replace(provider, keys=provider.keys or keys, addresses=provider.addresses or addresses)
 
 
+_openai_style = partial(Provider, is_openai_style=True)
+_local_server = partial(_openai_style, thinking=TEMPLATE_SWITCH)
+_anthropic = partial(Provider, thinking=EFFORT_SWITCH, extra="anthropic", client="anthropic")
+_google = partial(Provider, thinking=EFFORT_SWITCH, extra="google", client="google.genai")
 _AZURE = (".openai.azure.com", ".services.ai.azure.com", ".models.ai.azure.com", ".cognitiveservices.azure.com")
 _AWS = (".amazonaws.com",)
 _GOOGLE = (".googleapis.com",)
-PROVIDERS: dict[str, Provider] = {
-    "openai": Provider(
-        "OpenAI",
-        ("api.openai.com", ".api.openai.com"),
-        keys=("OPENAI_API_KEY",),
-        is_openai_style=True,
-        thinking=EFFORT_SWITCH,
-    ),
+_TABLE: dict[str, Provider] = {
+    "openai": _openai_style("OpenAI", ("api.openai.com", ".api.openai.com"), thinking=EFFORT_SWITCH),
     "openai/azure": Provider(
         "OpenAI's models on Azure",
         _AZURE,
@@ -139,108 +141,71 @@ PROVIDERS: dict[str, Provider] = {
         signs_in=True,
         thinking=EFFORT_SWITCH,
     ),
-    "anthropic": Provider(
-        "Anthropic",
-        ("api.anthropic.com",),
-        keys=("ANTHROPIC_API_KEY", "ANTHROPIC_AUTH_TOKEN"),
-        thinking=EFFORT_SWITCH,
-        extra="anthropic",
-        client="anthropic",
-    ),
-    "anthropic/azure": Provider(
+    "anthropic": _anthropic("Anthropic", ("api.anthropic.com",), keys=("ANTHROPIC_API_KEY", "ANTHROPIC_AUTH_TOKEN")),
+    "anthropic/azure": _anthropic(
         "Anthropic's models on Azure",
         _AZURE,
         keys=("AZUREAI_ANTHROPIC_API_KEY", "AZURE_ANTHROPIC_API_KEY"),
         addresses=("AZUREAI_ANTHROPIC_BASE_URL", "AZURE_ANTHROPIC_BASE_URL"),
-        thinking=EFFORT_SWITCH,
-        extra="anthropic",
-        client="anthropic",
     ),
-    "anthropic/bedrock": Provider(
+    "anthropic/bedrock": _anthropic(
         "Anthropic's models on Bedrock",
         _AWS,
         addresses=("ANTHROPIC_BEDROCK_BASE_URL", "BEDROCK_ANTHROPIC_BASE_URL"),
         signs_in=True,
-        thinking=EFFORT_SWITCH,
-        extra="anthropic",
-        client="anthropic",
     ),
-    "anthropic/vertex": Provider(
+    "anthropic/vertex": _anthropic(
         "Anthropic's models on Vertex",
         _GOOGLE,
         addresses=("ANTHROPIC_VERTEX_BASE_URL", "VERTEX_ANTHROPIC_BASE_URL"),
         signs_in=True,
-        thinking=EFFORT_SWITCH,
-        extra="anthropic",
-        client="anthropic",
     ),
-    "google": Provider(
+    "google": _google(
         "Google Gemini",
         ("generativelanguage.googleapis.com",),
         keys=("GOOGLE_API_KEY", "GEMINI_API_KEY", "GOOGLE_USE_ADC"),
         addresses=("GOOGLE_BASE_URL", "GOOGLE_GEMINI_BASE_URL", "GEMINI_BASE_URL"),
-        thinking=EFFORT_SWITCH,
-        extra="google",
-        client="google.genai",
     ),
-    "google/vertex": Provider(
-        "Google Gemini on Vertex",
-        _GOOGLE,
-        addresses=("GOOGLE_VERTEX_BASE_URL", "VERTEX_BASE_URL"),
-        signs_in=True,
-        thinking=EFFORT_SWITCH,
-        extra="google",
-        client="google.genai",
+    "google/vertex": _google(
+        "Google Gemini on Vertex", _GOOGLE, addresses=("GOOGLE_VERTEX_BASE_URL", "VERTEX_BASE_URL"), signs_in=True
     ),
-    "doubao": Provider(
+    "doubao": _openai_style(
         "ByteDance Doubao (Ark)",
         ("ark.cn-beijing.volces.com", "ark.ap-southeast.bytepluses.com"),
         "https://ark.cn-beijing.volces.com/api/v3",
         keys=("ARK_API_KEY",),
         addresses=("ARK_BASE_URL",),
-        is_openai_style=True,
         thinking=TYPE_SWITCH,
     ),
-    "qwen": Provider(
+    "qwen": _openai_style(
         "Alibaba Qwen (DashScope)",
         ("dashscope-intl.aliyuncs.com", "dashscope.aliyuncs.com", "dashscope-us.aliyuncs.com"),
         "https://dashscope-intl.aliyuncs.com/compatible-mode/v1",
         keys=("DASHSCOPE_API_KEY",),
         addresses=("DASHSCOPE_BASE_URL",),
-        is_openai_style=True,
         thinking=ENABLE_SWITCH,
     ),
-    "zhipu": Provider(
+    "zhipu": _openai_style(
         "Zhipu GLM (Z.ai)",
         ("api.z.ai", "open.bigmodel.cn"),
         "https://api.z.ai/api/paas/v4",
         keys=("ZAI_API_KEY", "ZHIPUAI_API_KEY"),
         addresses=("ZAI_BASE_URL",),
-        is_openai_style=True,
         thinking=TYPE_SWITCH,
     ),
-    "minimax": Provider(
-        "MiniMax",
-        ("api.minimax.io", "api.minimaxi.com"),
-        "https://api.minimax.io/v1",
-        keys=("MINIMAX_API_KEY",),
-        is_openai_style=True,
-        thinking=ADAPTIVE_SWITCH,
+    "minimax": _openai_style(
+        "MiniMax", ("api.minimax.io", "api.minimaxi.com"), "https://api.minimax.io/v1", thinking=ADAPTIVE_SWITCH
     ),
-    "moonshot": Provider(
-        "Moonshot Kimi", ("api.moonshot.ai", "api.moonshot.cn"), keys=("MOONSHOT_API_KEY",), thinking=TYPE_SWITCH
-    ),
-    "deepseek": Provider("DeepSeek", ("api.deepseek.com",), keys=("DEEPSEEK_API_KEY",), thinking=TYPE_SWITCH),
-    "openrouter": Provider("OpenRouter", ("openrouter.ai",), keys=("OPENROUTER_API_KEY",), thinking=ROUTED_SWITCH),
-    "together": Provider(
-        "Together", ("api.together.xyz", "api.together.ai"), keys=("TOGETHER_API_KEY",), thinking=ROUTED_SWITCH
-    ),
-    "vllm": _local_server("vLLM", "http://localhost:8000/v1"),
-    "sglang": _local_server("SGLang", "http://localhost:30000/v1"),
-    "ollama": _local_server("Ollama", "http://localhost:11434/v1", EFFORT_SWITCH),
-    "lmstudio": _local_server("LM Studio", "http://localhost:1234/v1", None),
-    "llama-cpp": _local_server("llama.cpp", "http://localhost:8080/v1"),
-    "local": _local_server("any server, with --base-url", ""),
+    "moonshot": Provider("Moonshot Kimi", ("api.moonshot.ai", "api.moonshot.cn"), thinking=TYPE_SWITCH),
+    "deepseek": Provider("DeepSeek", ("api.deepseek.com",), thinking=TYPE_SWITCH),
+    "openrouter": Provider("OpenRouter", ("openrouter.ai",), thinking=ROUTED_SWITCH),
+    "together": Provider("Together", ("api.together.xyz", "api.together.ai"), thinking=ROUTED_SWITCH),
+    "vllm": _local_server("vLLM", address="http://localhost:8000/v1"),
+    "sglang": _local_server("SGLang", address="http://localhost:30000/v1"),
+    "ollama": _local_server("Ollama", address="http://localhost:11434/v1", thinking=EFFORT_SWITCH),
+    "lmstudio": _local_server("LM Studio", address="http://localhost:1234/v1", thinking=None),
+    "llama-cpp": _local_server("llama.cpp", address="http://localhost:8080/v1"),
+    "local": _local_server("any server, with --base-url"),
     "bedrock": Provider(
         "Amazon Bedrock",
         _AWS,
@@ -263,13 +228,7 @@ PROVIDERS: dict[str, Provider] = {
         client="azure.ai.inference",
         is_in_tests=False,
     ),
-    "mistral": Provider(
-        "Mistral",
-        ("api.mistral.ai",),
-        "https://api.mistral.ai/v1",
-        keys=("MISTRAL_API_KEY",),
-        is_openai_style=True,
-    ),
+    "mistral": _openai_style("Mistral", ("api.mistral.ai",), "https://api.mistral.ai/v1"),
     "mistral/azure": Provider(
         "Mistral's models on Azure",
         _AZURE,
@@ -279,28 +238,22 @@ PROVIDERS: dict[str, Provider] = {
         client="mistralai",
         is_in_tests=False,
     ),
-    "grok": Provider(
+    "grok": _openai_style(
         "xAI Grok",
         ("api.x.ai", ".api.x.ai"),
         "https://api.x.ai/v1",
         keys=("XAI_API_KEY", "GROK_API_KEY"),
         addresses=("XAI_BASE_URL", "GROK_BASE_URL"),
-        is_openai_style=True,
     ),
-    "groq": Provider(
-        "Groq",
-        ("api.groq.com",),
-        "https://api.groq.com/openai/v1",
-        keys=("GROQ_API_KEY",),
-        is_openai_style=True,
-    ),
-    "fireworks": Provider("Fireworks", ("api.fireworks.ai",), keys=("FIREWORKS_API_KEY",)),
-    "sambanova": Provider("SambaNova", ("api.sambanova.ai",), keys=("SAMBANOVA_API_KEY",)),
-    "perplexity": Provider("Perplexity", ("api.perplexity.ai",), keys=("PERPLEXITY_API_KEY",)),
+    "groq": _openai_style("Groq", ("api.groq.com",), "https://api.groq.com/openai/v1"),
+    "fireworks": Provider("Fireworks", ("api.fireworks.ai",)),
+    "sambanova": Provider("SambaNova", ("api.sambanova.ai",)),
+    "perplexity": Provider("Perplexity", ("api.perplexity.ai",)),
     "cloudflare": Provider("Cloudflare", ("api.cloudflare.com",), keys=("CLOUDFLARE_API_KEY", "CLOUDFLARE_API_TOKEN")),
     "hf-inference-providers": Provider("Hugging Face's providers", ("router.huggingface.co",), keys=("HF_TOKEN",)),
     "mockllm": Provider("Inspect's stand-in for a model"),
 }
+PROVIDERS = {name: _with_usual_variables(name, provider) for name, provider in _TABLE.items()}
 """Name of a provider (`provider` or `provider/service`) -> the provider."""
 ANY_SERVICE = "openai-api"
 """First part of the name `openai-api/SERVICE/NAME`, for any service in OpenAI's style.
@@ -328,24 +281,15 @@ def parse_model_name(model: str) -> ModelName:
     if prefix == ANY_SERVICE:
         prefix, _, name = name.partition("/")
         known = PROVIDERS.get(prefix)
-        return ModelName(
-            prefix, name, replace(_with_usual_variables(prefix, known or Provider(prefix)), is_openai_style=True)
-        )
+        provider = known or _with_usual_variables(prefix, Provider(prefix))
+        return ModelName(prefix, name, replace(provider, is_openai_style=True))
     service, _, rest = name.partition("/")
     if f"{prefix}/{service}" in PROVIDERS:
         prefix, name = f"{prefix}/{service}", rest
     known = PROVIDERS.get(prefix)
     if known is None:
-        return ModelName("", model, PROVIDERS["local"], is_known=False)
-    return ModelName(prefix, name, _with_usual_variables(prefix, known))
-
-
-def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
-    """Return a provider in which empty lists of variables are filled with names made from `prefix`."""
-    stem = prefix.upper().replace("-", "_")
-    keys = () if provider.signs_in or prefix == "mockllm" else (f"{stem}_API_KEY",)
-    addresses = () if prefix == "mockllm" else (f"{stem}_BASE_URL",)
-    return replace(provider, keys=provider.keys or keys, addresses=provider.addresses or addresses)
+        return ModelName("", model, _TABLE["local"], is_known=False)
+    return ModelName(prefix, name, known)
 
 
 def provider_hint(model: str) -> str:
