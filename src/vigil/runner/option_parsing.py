@@ -12,7 +12,7 @@ def public_name(agent: str) -> str:
     """Return an agent's name without the secrets in a program's command line."""
     from vigil.agents.registry import is_exec  # noqa: PLC0415 - loads the agents
 
-    return Secrets.of_command("").redact(without_option_secrets(agent)) if is_exec(agent) else agent
+    return Secrets.of().redact(without_option_secrets(agent)) if is_exec(agent) else agent
 
 
 def single_value(option: str) -> Callable[[Sequence[str]], str]:

@@ -131,7 +131,7 @@ def plan_remote_run(settings: RunSettings) -> RemotePlan:
         agent=agent,
         endpoint=None if settings.model is None else endpoint_of(settings),
         name=settings.model or "",
-        program=ProgramSettings(settings.reply_seconds, 0.0, hidden, Secrets.of_command(agent).redact),
+        program=ProgramSettings(settings.reply_seconds, 0.0, hidden, Secrets.of(command=agent).redact),
         **{name: getattr(settings, name) for name in ("keep_program", "seed", "workers", "preflight", "force")},
     )
 

@@ -59,6 +59,9 @@ class RunFolder:
     ) -> None:
         """`notes` say which rows could not be checked; `agent_files` are the hashes of this session's program files."""
         self.path = path
+        self.frames = path / FRAMES_FOLDER
+        self.logs = path / LOGS_FOLDER
+        self.inspect_logs = path / INSPECT_FOLDER
         self.header = header
         self._log = log
         self._notes = notes
@@ -113,21 +116,6 @@ class RunFolder:
         failed = {answered.check.get("contract", "") for answered in sessions if answered} - {"", "passed"}
         checks = [f"The check before the run {one}." for one in sorted(failed)]
         return (*self._notes, *summarize_left_out(self._log.left_out), *([several] if several else []), *checks)
-
-    @property
-    def frames(self) -> Path:
-        """Folder of the saved frames."""
-        return self.path / FRAMES_FOLDER
-
-    @property
-    def logs(self) -> Path:
-        """Folder of the simulator workers' logs."""
-        return self.path / LOGS_FOLDER
-
-    @property
-    def inspect_logs(self) -> Path:
-        """Folder of Inspect's log of a model's run."""
-        return self.path / INSPECT_FOLDER
 
     def records(self) -> StoredRecords:
         """Return the row that counts for each play, sorted by episode and epoch."""

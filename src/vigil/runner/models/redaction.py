@@ -23,25 +23,10 @@ MIN_SECRET_CHARS = 6
 """Minimum length of a secret. Shorter values are not removed, because they also occur within ordinary words."""
 MIN_ENVIRONMENT_CHARS = 8
 """Minimum length of a secret from the environment."""
-_SECRET_WORDS = frozenset(
-    [
-        "secret",
-        "secrets",
-        "password",
-        "passwords",
-        "passwd",
-        "passphrase",
-        "pwd",
-        "apikey",
-        "apikeys",
-        "authorization",
-        "credential",
-        "credentials",
-        "cookie",
-        "cookies",
-        "bearer",
-    ]
-)
+_SECRET_WORDS = {
+    *("secret", "secrets", "password", "passwords", "passwd", "passphrase", "pwd", "apikey", "apikeys"),
+    *("authorization", "credential", "credentials", "cookie", "cookies", "bearer"),
+}
 """Words that show, anywhere in a name, that its value is a secret."""
 _SECRET_LAST_WORDS = frozenset({"key", "keys", "token", "auth"})
 """Words that, at the end of a name, show that its value is a secret; `max_tokens` and `token_budget` are harmless."""
@@ -132,16 +117,12 @@ class Secrets:
         self._pattern = re.compile("|".join(map(re.escape, longest_first))) if forms else None
 
     @classmethod
-    def of_command(cls, command: str) -> "Secrets":
-        """Return the secrets in an agent's command line and in the environment."""
-        return cls((*_secrets_in_command(command), *environment_secrets(os.environ).values()))
-
-    @classmethod
     def of(
         cls, *, command: str = "", url: str | None = None, settings: Iterable[Mapping[str, Any]] = (), key: str = ""
     ) -> "Secrets":
         """Return `key` and the secrets in a command line, an address, settings and the environment."""
-        found = [*_secrets_in_command(command), *environment_secrets(os.environ).values(), key]
+        found = [*environment_secrets(os.environ).values(), key]
+        without_option_secrets(command, found)
         for mapping in settings:
             for name, value in mapping.items():
                 _redact_value(name, value, found)
@@ -177,12 +158,6 @@ def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
         if "://" in value and name not in found:
             logins = _secrets_in_login(value)
             found |= {f"{name} {index}": part for index, part in enumerate(logins)}
-    return found
-
-
-def _secrets_in_command(command: str) -> list[str]:
-    found: list[str] = []
-    without_option_secrets(command, found)
     return found
 
 

@@ -53,7 +53,7 @@ class EpisodeWorker:
 
     def __init__(self, plan: WorkerPlan) -> None:
         self._plan = plan
-        redact = Secrets.of_command(plan.agent).redact
+        redact = Secrets.of(command=plan.agent).redact
         self._program = ProgramSettings(plan.reply_seconds, plan.frame_interval_seconds, plan.hidden, redact)
         self._pack = None if plan.pack is None else Pack.load(plan.pack, plan.pack_sha256)
         self._house: House | None = None
