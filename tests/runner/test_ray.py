@@ -97,9 +97,9 @@ def test_killed_actors_and_a_lost_node_cost_attempts_and_no_episode(
     cluster: Any, pack: Path, local: RunResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The run is begun on this machine, grows on the cluster while that is harmed, and is finished on this machine."""
-    from vigil.runner.workers import ray_worker  # noqa: PLC0415 - imports Ray
+    from vigil.runner import ray_cluster  # noqa: PLC0415 - imports Ray
 
-    monkeypatch.setattr(ray_worker, "PLACEMENT_TIMEOUT_S", 2.0)
+    monkeypatch.setattr(ray_cluster, "PLACEMENT_TIMEOUT_S", 2.0)
     folder = tmp_path / "run"
     run_pack(quick(pack, folder, agent="random", limit=1, **SAME))
     harm = {3: kill_actors, 7: partial(lose_node, cluster)}
