@@ -134,8 +134,7 @@ def model_facts(model: str, base_url: str | None = None, api_key_env: str | None
     """Return the settings of calls to a model as {name: text}. Raises SettingError if the model's name is invalid."""
     from vigil.protocol.profile import coordinates_for
     from vigil.runner.models.access import model_access
-    from vigil.runner.models.providers import parse_model_name
-    from vigil.runner.models.thinking import describe_switch
+    from vigil.runner.models.providers import describe_switch, parse_model_name
 
     found = model_access(model, base_url, {}, api_key_env)
     return {
@@ -160,7 +159,7 @@ def source_of_coordinates(model: str) -> str:
 def switch_of(provider: Provider) -> str:
     """Return the field of a request that turns thinking on and off, with both of its values; empty if the field is
     unknown."""
-    from vigil.runner.models.thinking import flatten_fields
+    from vigil.runner.models.providers import flatten_fields
 
     if provider.thinking is None:
         return ""

@@ -27,9 +27,8 @@ from vigil.records.record import AgentKind, RunSpec
 from vigil.records.shards import shard_episodes
 from vigil.runner.forks.plan import ForkPlan, parse_at
 from vigil.runner.models.access import Endpoint, model_access
-from vigil.runner.models.providers import parse_model_name
+from vigil.runner.models.providers import parse_model_name, with_thinking
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets
-from vigil.runner.models.thinking import with_thinking
 from vigil.runner.option_parsing import public_name
 from vigil.runner.probes import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy

@@ -28,8 +28,8 @@ from vigil.records.shards import play_order
 from vigil.runner.models.access import Endpoint, hiding_other_keys
 from vigil.runner.models.ask import Ask
 from vigil.runner.models.identity_log import ModelIdentityLog
+from vigil.runner.models.providers import describe_switch
 from vigil.runner.models.redaction import redacted_errors
-from vigil.runner.models.thinking import describe_switch
 from vigil.runner.plan import RunPlan, plan_run
 from vigil.runner.probes import FrameMemory, Play, Prober, ask_missing, new_prober
 from vigil.runner.progress import OnProgress, ProgressCounter

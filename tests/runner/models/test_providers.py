@@ -18,8 +18,7 @@ from vigil.protocol.actions import Reply
 from vigil.runner.models.access import Endpoint, ModelAccess, hiding_other_keys, model_access
 from vigil.runner.models.ask import with_retries
 from vigil.runner.models.inspect_model import new_model, sender
-from vigil.runner.models.providers import PROVIDERS, parse_model_name
-from vigil.runner.models.thinking import with_thinking
+from vigil.runner.models.providers import PROVIDERS, parse_model_name, with_thinking
 from vigil.runner.retries import RetryPolicy
 from vigil.runner.run import run_pack
 

@@ -3,8 +3,7 @@ from typing import Any
 import pytest
 
 from vigil.errors import SettingError
-from vigil.runner.models.providers import PROVIDERS, parse_model_name
-from vigil.runner.models.thinking import describe_switch, with_thinking
+from vigil.runner.models.providers import PROVIDERS, describe_switch, parse_model_name, with_thinking
 from vigil.runner.plan import plan_run
 from vigil.runner.settings import RunSettings
 

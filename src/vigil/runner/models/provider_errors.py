@@ -37,7 +37,7 @@ def error_message_in(found: Any) -> str:
         if sentence and not any(sentence in before for before in sentences):
             sentences = [before for before in sentences if before not in sentence] + [sentence]
     said = " - ".join(sentences) or _as_text(found)
-    codes = [code for code in dict.fromkeys(islice(_codes(found, _MAX_DEPTH), _MAX_MESSAGES)) if code not in said]
+    codes = [code for code in dict.fromkeys(islice(_codes(found), _MAX_MESSAGES)) if code not in said]
     return said[:MAX_CHARS] + (f" ({', '.join(codes)})" if codes and sentences else "")
 
 
@@ -49,18 +49,11 @@ def _as_text(found: Any) -> str:
         return "an error of too many levels"
 
 
-def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
+def error_status_in(found: Any) -> int | None:
     """Return the HTTP status in an error's JSON; None if the JSON does not have a status."""
-    if is_array(found) and depth:
-        return next((status for one in found if (status := error_status_in(one, depth - 1)) is not None), None)
-    if not is_object(found) or not depth:
-        return None
-    for name in ("code", "status", "status_code", "http_status"):
-        code = found.get(name)
-        if isinstance(code, int | str) and str(code).isdecimal() and 400 <= int(code) <= 599:
-            return int(code)
-    inner = (error_status_in(found.get(name), depth - 1) for name in _NESTING_FIELDS)
-    return next((status for status in inner if status is not None), None)
+    codes = (one.get(name) for one in _objects(found) for name in ("code", "status", "status_code", "http_status"))
+    numbers = (int(code) for code in codes if isinstance(code, int | str) and str(code).isdecimal())
+    return next((number for number in numbers if 400 <= number <= 599), None)
 
 
 def _messages(found: Any, depth: int) -> Iterator[str]:
@@ -81,15 +74,21 @@ def _messages(found: Any, depth: int) -> Iterator[str]:
                 yield from _messages(value, depth - 1)
 
 
-def _codes(found: Any, depth: int) -> Iterator[str]:
-    """Yield the codes of an error that are words, e.g. `context_length_exceeded`, at most `depth` levels deep."""
-    if is_array(found):
+def _codes(found: Any) -> Iterator[str]:
+    """Yield the codes of an error that are words, e.g. `context_length_exceeded`."""
+    codes = (one.get(name) for one in _objects(found) for name in _CODE_FIELDS)
+    return (code for code in codes if isinstance(code, str) and not code.isdecimal())
+
+
+def _objects(found: Any, depth: int = _MAX_DEPTH) -> Iterator[dict[str, Any]]:
+    """Yield an object and those in its nesting fields, or the objects of a list, at most `depth` levels deep."""
+    if is_array(found) and depth:
         for one in found:
-            yield from _codes(one, depth - 1)
-    elif is_object(found) and depth > 0:
-        yield from (code for name in _CODE_FIELDS if isinstance(code := found.get(name), str) and not code.isdecimal())
+            yield from _objects(one, depth - 1)
+    elif is_object(found) and depth:
+        yield found
         for name in _NESTING_FIELDS:
-            yield from _codes(found.get(name), depth - 1)
+            yield from _objects(found.get(name), depth - 1)
 
 
 def _json_in(text: str) -> Any:
