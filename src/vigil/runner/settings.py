@@ -14,30 +14,8 @@ from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.profile import ImageFormat
 from vigil.protocol.prompt_file import check_template
 from vigil.records.limits import MAX_EPOCHS
+from vigil.runner import shared_settings as shared
 from vigil.runner.option_parsing import read_extra_body, read_model_args, single_value
-from vigil.runner.shared_settings import (
-    ApiKeyEnv,
-    AssetFile,
-    Backend,
-    BaseUrl,
-    CoordinatesOption,
-    EpisodeIds,
-    Families,
-    LogDir,
-    PackLocation,
-    PackName,
-    PricesOption,
-    ProbeFraming,
-    ProbeSteps,
-    ProfileOption,
-    PromptFileOption,
-    PromptVariantOption,
-    RenderQuality,
-    ReplyPolicyOption,
-    SystemRoleOption,
-    ThinkingOption,
-    Workers,
-)
 
 if TYPE_CHECKING:
     from vigil.records.record import Shard
@@ -57,7 +35,7 @@ class RunSettings:
     A field with a `Setting` is also an option of the command line. Raises SettingError when a value is out of bounds.
     """
 
-    pack: PackName = DEFAULT_PACK
+    pack: shared.PackName = DEFAULT_PACK
     agent: Annotated[
         str | None,
         Setting(
@@ -91,11 +69,11 @@ class RunSettings:
     env_token: Annotated[
         str, Setting("Token that the server of --env asks for.", metavar="TOKEN", env="VIGIL_ENV_TOKEN")
     ] = ""
-    base_url: BaseUrl = None
-    api_key_env: ApiKeyEnv = None
+    base_url: shared.BaseUrl = None
+    api_key_env: shared.ApiKeyEnv = None
     """Environment variable with the key; None for the provider's usual variable, whose key is sent only to the
     provider's hosts."""
-    log_dir: LogDir = None
+    log_dir: shared.LogDir = None
     """Folder of the run; None for a folder under `runs/` whose name depends only on the settings."""
     limit: Annotated[
         int | None,
@@ -106,9 +84,9 @@ class RunSettings:
             metavar="N",
         ),
     ] = None
-    families: Families = ()
-    episode_ids: EpisodeIds = ()
-    workers: Workers = None
+    families: shared.Families = ()
+    episode_ids: shared.EpisodeIds = ()
+    workers: shared.Workers = None
     executor: Annotated[
         Literal["local", "ray"],
         Setting("Where the simulators run: on this machine (local), or on the nodes of a Ray cluster (ray)."),
@@ -129,13 +107,13 @@ class RunSettings:
             metavar="N",
         ),
     ] = 16
-    profile: ProfileOption = "baseline"
-    prompt_variant: PromptVariantOption = "default"
-    prompt_template: PromptFileOption = None
-    coordinates: CoordinatesOption = None
+    profile: shared.ProfileOption = "baseline"
+    prompt_variant: shared.PromptVariantOption = "default"
+    prompt_template: shared.PromptFileOption = None
+    coordinates: shared.CoordinatesOption = None
     """Coordinate system of the model's clicks; None for the system that the published table has for the model."""
-    reply_policy: ReplyPolicyOption = "strict"
-    system_role: SystemRoleOption = "system"
+    reply_policy: shared.ReplyPolicyOption = "strict"
+    system_role: shared.SystemRoleOption = "system"
     shard: Annotated[
         "Shard | None",
         Setting(
@@ -157,7 +135,7 @@ class RunSettings:
         int | None, Setting(f"Maximum number of tokens of a model's reply; {_DEFAULT}", minimum=1, metavar="N")
     ] = None
     reasoning_effort: Annotated[ReasoningEffort | None, Setting(_EFFORT_HELP, metavar="LEVEL")] = None
-    thinking: ThinkingOption = "default"
+    thinking: shared.ThinkingOption = "default"
     model_args: Annotated[
         Mapping[str, Any],
         Setting(
@@ -175,8 +153,8 @@ class RunSettings:
         ),
     ] = field(default_factory=dict[str, Any])
     image_format: Annotated[ImageFormat, Setting("Image format of the frames that the agent gets.")] = "png"
-    render_quality: RenderQuality = "default"
-    prices: PricesOption = None
+    render_quality: shared.RenderQuality = "default"
+    prices: shared.PricesOption = None
     save_frames: Annotated[
         bool,
         Setting(
@@ -211,13 +189,13 @@ class RunSettings:
             read="vigil.runner.forks.plan:parse_at",
         ),
     ] = None
-    probe: ProbeSteps = None
+    probe: shared.ProbeSteps = None
     """Steps at which the model is asked what it believes; None to ask nothing. Not part of the run's identity."""
-    probe_framing: ProbeFraming = "state"
-    backend: Backend = "mujoco"
+    probe_framing: shared.ProbeFraming = "state"
+    backend: shared.Backend = "mujoco"
     simulator_factory: "SimulatorFactory | None" = None
     """Picklable function that makes a custom simulator; `backend` is then only the simulator's name in the header."""
-    asset_database: AssetFile = None
+    asset_database: shared.AssetFile = None
     reply_seconds: Annotated[
         int, Setting("Time limit in seconds for each reply of the agent.", minimum=1, metavar="SECONDS")
     ] = REPLY_SECONDS
@@ -317,9 +295,9 @@ class VerifySettings:
     limit: Annotated[int | None, Setting("Verify only the first N records; all if unset.", minimum=1, metavar="N")] = (
         None
     )
-    workers: Workers = None
-    pack: PackLocation = None
-    asset_database: AssetFile = None
+    workers: shared.Workers = None
+    pack: shared.PackLocation = None
+    asset_database: shared.AssetFile = None
     backend: str | None = None
     """Simulator on which the replies are played again; None for the simulator of the run."""
     exact: bool | None = None
@@ -347,28 +325,28 @@ class MergeSettings:
         ),
     ] = False
     force: Annotated[bool, Setting("Join the shards although different models or programs answered in them.")] = False
-    pack: PackLocation = None
+    pack: shared.PackLocation = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FinishedProbeSettings:
     """Settings for probing a finished run. The model and its sampling settings are taken from the run."""
 
-    steps: ProbeSteps = None
-    framing: ProbeFraming = "state"
-    base_url: BaseUrl = None
-    api_key_env: ApiKeyEnv = None
+    steps: shared.ProbeSteps = None
+    framing: shared.ProbeFraming = "state"
+    base_url: shared.BaseUrl = None
+    api_key_env: shared.ApiKeyEnv = None
     max_connections: Annotated[
         int, Setting("Maximum number of requests that are sent to the model at the same time.", minimum=1, metavar="N")
     ] = 16
     reply_seconds: Annotated[int, Setting("Time limit in seconds for each reply.", minimum=1, metavar="SECONDS")] = (
         REPLY_SECONDS
     )
-    prices: PricesOption = None
+    prices: shared.PricesOption = None
     force: Annotated[bool, Setting("Ask although the model has changed since the run was played.")] = False
-    workers: Workers = None
-    pack: PackLocation = None
-    asset_database: AssetFile = None
+    workers: shared.Workers = None
+    pack: shared.PackLocation = None
+    asset_database: shared.AssetFile = None
     retries: Annotated[
         int, Setting("Number of times that a failed request is sent again.", minimum=0, is_option=False)
     ] = 8

@@ -88,7 +88,7 @@ def verify_runs(
         workers = max(1, min(worker_count(settings.workers), total))
         plan = recorded_worker_plan(pack, runs[0].header, settings.asset_database, settings.backend)
         with SimulatorPool(plan, workers, timeout_s=settings.timeout_s) as pool:
-            found = asyncio.run(_Verifier(pool, pack, compared, on_progress).all())
+            found = asyncio.run(_resimulate(pool, pack, compared, on_progress))
     return [
         each if isinstance(each, Exception) else run.verification(each)
         for run, each in zip(compared, found, strict=True)
@@ -189,47 +189,43 @@ class _Compared:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Verifier:
-    pool: SimulatorPool
-    pack: Pack
-    runs: Sequence[_Compared]
-    on_progress: OnProgress
+async def _resimulate(
+    pool: SimulatorPool, pack: Pack, runs: Sequence[_Compared], on_progress: OnProgress
+) -> list[list[FactDifference] | Exception]:
+    """Return, for each run, the differences of its records in the order of their keys, or the error that ended its
+    verification. Few records are in memory at a time."""
+    found: dict[tuple[int, Key], list[FactDifference]] = {}
+    faults: dict[int, Exception] = {}
+    houses: dict[str, list[tuple[int, Key]]] = {}
+    for number, run in enumerate(runs):
+        for key in run.keys:
+            houses.setdefault(pack.episode(key[0]).house.name, []).append((number, key))
+    waiting = iter(houses.values())  # whole houses, because a worker that has just loaded a house has it ready
+    total = sum(len(run.keys) for run in runs)
 
-    async def all(self) -> list[list[FactDifference] | Exception]:
-        """Return, for each run, the differences of its records in the order of their keys, or the error that ended its
-        verification. Few records are in memory at a time."""
-        found: dict[tuple[int, Key], list[FactDifference]] = {}
-        faults: dict[int, Exception] = {}
-        houses: dict[str, list[tuple[int, Key]]] = {}
-        for number, run in enumerate(self.runs):
-            for key in run.keys:
-                houses.setdefault(self.pack.episode(key[0]).house.name, []).append((number, key))
-        waiting = iter(houses.values())  # whole houses, because a worker that has just loaded a house has it ready
-        total = sum(len(run.keys) for run in self.runs)
+    async def work() -> None:
+        for of_house in waiting:
+            for number, key in of_house:
+                try:
+                    found[number, key] = [] if number in faults else await _differences(pool, pack, runs[number], key)
+                except Exception as fault:  # noqa: BLE001 - one run's error does not end the others' verification
+                    faults[number], found[number, key] = fault, []
+                on_progress(len(found), total)
 
-        async def work() -> None:
-            for of_house in waiting:
-                for number, key in of_house:
-                    try:
-                        found[number, key] = [] if number in faults else await self.one(self.runs[number], key)
-                    except Exception as fault:  # noqa: BLE001 - one run's error does not end the others' verification
-                        faults[number], found[number, key] = fault, []
-                    self.on_progress(len(found), total)
+    await asyncio.gather(*(work() for _ in pool.workers))
+    return [
+        faults.get(number) or [difference for key in run.keys for difference in found[number, key]]
+        for number, run in enumerate(runs)
+    ]
 
-        await asyncio.gather(*(work() for _ in self.pool.workers))
-        return [
-            faults.get(number) or [difference for key in run.keys for difference in found[number, key]]
-            for number, run in enumerate(self.runs)
-        ]
 
-    async def one(self, run: _Compared, key: Key) -> list[FactDifference]:
-        record = run.run.table.record(key)
-        assignment = Assignment(self.pack.episode(record.episode_id), record.epoch, record.attempt)
-        try:
-            return await self.pool.resimulate(assignment, record, run.settings)
-        except SimulatorError as error:
-            return [FactDifference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
+async def _differences(pool: SimulatorPool, pack: Pack, run: _Compared, key: Key) -> list[FactDifference]:
+    record = run.run.table.record(key)
+    assignment = Assignment(pack.episode(record.episode_id), record.epoch, record.attempt)
+    try:
+        return await pool.resimulate(assignment, record, run.settings)
+    except SimulatorError as error:
+        return [FactDifference(record.episode_id, record.epoch, 0, "simulator", "", str(error))]
 
 
 def _asset_database(header: RunHeader, given: Path | None) -> Path | None:
