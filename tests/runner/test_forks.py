@@ -14,7 +14,7 @@ from tests.support.tiny_pack import tiny_pack
 from vigil.errors import RecordError, SettingError, VigilError
 from vigil.packs.pack import Pack
 from vigil.records.record import EpisodeRecord, read_header
-from vigil.runner.forks.plan import parse_at
+from vigil.runner.forks import parse_at
 from vigil.runner.plan import plan_run
 from vigil.runner.probes import FinishedProbeSettings, plan_probing
 from vigil.runner.run import RunResult, run_pack

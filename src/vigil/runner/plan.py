@@ -25,7 +25,7 @@ from vigil.protocol.prompt_file import variant_of
 from vigil.records.costs import Prices
 from vigil.records.record import AgentKind, RunSpec
 from vigil.records.shards import shard_episodes
-from vigil.runner.forks.plan import ForkPlan, parse_at
+from vigil.runner.forks import ForkPlan, parse_at
 from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.providers import parse_model_name, with_thinking
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets

@@ -186,7 +186,7 @@ class RunSettings:
             name="at",
             metavar="STEP",
             minimum=0,
-            read="vigil.runner.forks.plan:parse_at",
+            read="vigil.runner.forks:parse_at",
         ),
     ] = None
     probe: shared.ProbeSteps = None

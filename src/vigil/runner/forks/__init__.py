@@ -1,1 +1,0 @@
-"""Forks: recorded plays that another agent continues from a step."""
