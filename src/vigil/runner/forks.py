@@ -11,7 +11,7 @@ from typing import Literal
 
 from vigil.errors import RecordError, SettingError
 from vigil.protocol.episode import Episode
-from vigil.records.record import EpisodeRecord, ForkPoint, ForkSource, RunSpec
+from vigil.records.record import ForkPoint, ForkSource, RunSpec
 from vigil.runner.workers.messages import Fork
 from vigil.scoring.goal_check import check
 from vigil.scoring.saved_run import SavedRun, read_run
@@ -31,8 +31,7 @@ def parse_at(text: str) -> At:
         return int(word)
     raise SettingError(
         f"--at {text!r} is not a step. Give the number of steps to carry out again, e.g. 12; or write --at goal for "
-        "all "
-        "steps until the goal holds."
+        "all steps until the goal holds."
     )
 
 
@@ -82,47 +81,39 @@ class ForkPlan:
 
         Raises RecordError if an episode in `named` cannot be continued, or if none of the wanted episodes can.
         """
-        faults = {episode.id: self._fault(episode) for episode in wanted}
-        refused = next((name for name in named if faults.get(name)), None)
-        found = [episode for episode in wanted if not faults[episode.id]]
+        tried = {episode.id: self._fork_or_fault(episode) for episode in wanted}
+        faults = {name: fault for name, fault in tried.items() if isinstance(fault, str)}
+        refused = next((name for name in named if name in faults), None)
+        found = [episode for episode in wanted if episode.id not in faults]
         if refused is not None:
             raise RecordError(f"Episode {refused!r} cannot be continued: {faults[refused]}.")
         if not found:
-            first = next(iter(faults.items()), ("", "no episode is chosen"))
+            name, fault = next(iter(faults.items()), ("", "no episode is chosen"))
             raise RecordError(
                 f"No play of run {self.run.header.run_id!r} can be continued at {self.at}. The reason for episode "
-                f"{first[0]!r}: "
-                f"{first[1]}."
+                f"{name!r}: {fault}."
             )
         return found
 
     def fork(self, episode: Episode) -> Fork:
         """Return the fork of an episode: it continues the run's first play of the episode."""
-        record = self._record(episode.id)
-        assert record is not None
-        step = self._step(episode, record)
-        assert step is not None
-        header = self.run.header
-        point = ForkPoint(
-            run_id=header.run_id, run_sha256=header.sha256, epoch=record.epoch, attempt=record.attempt, step=step
-        )
-        return Fork(point, record.steps[:step])
+        fork = self._fork_or_fault(episode)
+        assert isinstance(fork, Fork)
+        return fork
 
-    def _record(self, episode_id: str) -> EpisodeRecord | None:
-        row = self.run.table.rows.get((episode_id, 1))
-        return None if row is None or row.outcome is None else self.run.table.record((episode_id, 1))
-
-    def _step(self, episode: Episode, record: EpisodeRecord) -> int | None:
-        return check(episode.goal, record).first_row if self.at == "goal" else self.at
-
-    def _fault(self, episode: Episode) -> str:
-        """Return why an episode cannot be continued; empty if it can."""
-        record = self._record(episode.id)
-        if record is None:
+    def _fork_or_fault(self, episode: Episode) -> Fork | str:
+        """Return the fork of an episode, or why the episode cannot be continued."""
+        table, header = self.run.table, self.run.header
+        row = table.rows.get((episode.id, 1))
+        if row is None or row.outcome is None:
             return "the run does not have a record of it that ended without an error"
-        step = self._step(episode, record)
+        record = table.record((episode.id, 1))
+        step = check(episode.goal, record).first_row if self.at == "goal" else self.at
         if step is None:
             return "its goal was never attained"
         if step >= len(record.steps):
             return f"its play has only {len(record.steps)} steps, so it cannot be continued after step {step}"
-        return ""
+        point = ForkPoint(
+            run_id=header.run_id, run_sha256=header.sha256, epoch=record.epoch, attempt=record.attempt, step=step
+        )
+        return Fork(point, record.steps[:step])

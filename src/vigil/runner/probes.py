@@ -69,35 +69,6 @@ def framings(word: Literal["state", "doubt", "both"]) -> tuple[Framing, ...]:
 
 
 @dataclass(slots=True)
-class FrameMemory:
-    """Frames of the episodes that are being played. They are stored until the probes of the episode were asked."""
-
-    schedule: ProbeSchedule
-    profile: Profile
-    _frames: dict[Key, dict[int, EncodedFrame]] = field(default_factory=dict[Key, dict[int, EncodedFrame]])
-
-    def note(self, key: Key, step: int, picture: EncodedFrame) -> None:
-        """Store the frame of a step. If this step or a later one is already stored, a new attempt has begun: first
-        delete the stored frames.
-
-        The previous frame is deleted unless the schedule or the messages may still need it.
-        """
-        frames = self._frames.setdefault(key, {})
-        if step <= max(frames, default=0):
-            frames.clear()
-        schedule = self.schedule
-        before = step - 1
-        is_past_kept = self.profile.row.images > 0
-        if not is_past_kept and not schedule.at_goal and not (schedule.period and before % schedule.period == 0):
-            frames.pop(before, None)
-        frames[step] = picture
-
-    def take(self, key: Key) -> dict[int, EncodedFrame]:
-        """Remove the frames of an episode, and return them by step."""
-        return self._frames.pop(key, {})
-
-
-@dataclass(slots=True)
 class Prober:
     """Asks the probes of finished episodes, and writes the answers to the run's file of probes."""
 
@@ -108,6 +79,8 @@ class Prober:
     redact: Callable[[str], str]
     """Function that removes secrets from error messages."""
     failures_in_a_row: int = 0
+    frames: dict[Key, dict[int, EncodedFrame]] = field(default_factory=dict[Key, dict[int, EncodedFrame]])
+    """Frames of the episodes that are being played, by step, until the probes of the episode are asked."""
 
     @property
     def profile(self) -> Profile:
@@ -118,6 +91,20 @@ class Prober:
     def has_stopped(self) -> bool:
         """Whether no more probes are sent, because the server failed too often."""
         return self.failures_in_a_row >= MAX_FAILURES_IN_A_ROW
+
+    def keep_frame(self, key: Key, step: int, picture: EncodedFrame) -> None:
+        """Store the frame of a step. If this step or a later one is already stored, a new attempt has begun: first
+        delete the stored frames.
+
+        The previous frame is deleted unless the schedule or the messages may still need it.
+        """
+        frames, schedule, before = self.frames.setdefault(key, {}), self.plan.schedule, step - 1
+        if step <= max(frames, default=0):
+            frames.clear()
+        is_asked_about = schedule.at_goal or (schedule.period and before % schedule.period == 0)
+        if not is_asked_about and self.profile.row.images == 0:
+            frames.pop(before, None)
+        frames[step] = picture
 
     async def ask_all(self, episode: Episode, record: EpisodeRecord, pictures: Mapping[int, EncodedFrame]) -> None:
         """Ask the missing probes of a record. `pictures` has the record's frames by step. Raises RecordError."""

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
-from vigil.base.processes.worker import LocalProcess, StartProcess
+from vigil.base.processes.worker import LocalProcess, StartProcess, Worker
 from vigil.errors import InfrastructureError, SettingError
 from vigil.packs.private import is_private
 from vigil.protocol.episode import Episode
@@ -31,14 +31,14 @@ from vigil.runner.models.identity_log import ModelIdentityLog
 from vigil.runner.models.providers import describe_switch
 from vigil.runner.models.redaction import redacted_errors
 from vigil.runner.plan import RunPlan, plan_run
-from vigil.runner.probes import FrameMemory, Play, Prober, ask_missing, new_prober
+from vigil.runner.probes import Play, Prober, ask_missing, new_prober
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.retries import ATTEMPTS, RetryPolicy
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import Assignment
-from vigil.runner.workers.players import ModelPlayer, Player, WorkerPlayer
+from vigil.runner.workers.players import ModelPlayer, PlayOnce, play_in_worker
 from vigil.runner.workers.pool import SimulatorPool, usable_cpus
 
 MAX_ERRORS_IN_A_ROW = 25
@@ -116,7 +116,7 @@ class _RunSession:
         redact, force = plan.secrets.redact, plan.execution.force
         return new_prober(asked, self.folder.header, self.probes, asking, redact, force=force)
 
-    async def play(self, assignment: Assignment, player: Player) -> EpisodeRecord:
+    async def play(self, assignment: Assignment, play_once: PlayOnce) -> EpisodeRecord:
         """Play an episode until it ends without error, at most ATTEMPTS times with growing waits, and save its row.
 
         Raises InfrastructureError after MAX_ERRORS_IN_A_ROW consecutive errors.
@@ -127,7 +127,7 @@ class _RunSession:
             wait=RetryPolicy(first_wait_s=self.plan.execution.first_wait_s).wait_s,
             retry_error_callback=_last_record,
         )
-        record: EpisodeRecord = await retrying(self._attempt, assignment, player)
+        record: EpisodeRecord = await retrying(self._attempt, assignment, play_once)
         self.folder.append(record)
         self.progress.count(assignment.episode, record)
         if self.progress.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
@@ -139,11 +139,11 @@ class _RunSession:
             )
         return record
 
-    async def _attempt(self, assignment: Assignment, player: Player) -> EpisodeRecord:
+    async def _attempt(self, assignment: Assignment, play_once: PlayOnce) -> EpisodeRecord:
         """Play an episode once. Secrets are removed from an error's message, not from replies, which are evidence."""
         key, attempts = (assignment.episode.id, assignment.epoch), self.folder.attempts
         this = replace(assignment, attempt=attempts.count(key) + 1)
-        record = await player.play(this, lambda: attempts.begin(key))
+        record = await play_once(this, lambda: attempts.begin(key))
         if record.error is None:
             return record
         message = self.plan.secrets.redact(record.error.message)
@@ -256,12 +256,12 @@ async def _play_in_workers(run: _RunSession, pool: SimulatorPool, assignments: S
     waiting = PlayQueue(assignments, run.plan.pack.pairs)
     run_id, may_resume = run.folder.header.run_id, run.plan.spec.agent_kind == "exec"
 
-    async def work(player: Player) -> None:
-        last = None
+    async def work(worker: Worker) -> None:
+        last, play_once = None, partial(play_in_worker, pool, worker, run_id, may_resume)
         while (last := waiting.take(last)) is not None:
-            await run.play(last, player)
+            await run.play(last, play_once)
 
-    await asyncio.gather(*(work(WorkerPlayer(pool, worker, run_id, may_resume)) for worker in pool.workers))
+    await asyncio.gather(*map(work, pool.workers))
 
 
 def _play_with_model(
@@ -297,13 +297,12 @@ def _play_one(run: _RunSession, pool: SimulatorPool, ask: Ask, prober: Prober | 
     """Return the function that plays an episode, writes its row to disk, and then asks its probes."""
     profile, run_id = run.plan.spec.profile, run.folder.header.run_id
     if prober is None:
-        return partial(run.play, player=ModelPlayer(pool, profile, ask, run_id))
-    memory = FrameMemory(prober.plan.schedule, profile)
-    player = ModelPlayer(pool, profile, ask, run_id, memory.note)
+        return partial(run.play, play_once=ModelPlayer(pool, profile, ask, run_id).play)
+    player = ModelPlayer(pool, profile, ask, run_id, prober.keep_frame)
 
     async def play_one(assignment: Assignment) -> EpisodeRecord:
-        record = await run.play(assignment, player)
-        await prober.ask_all(assignment.episode, record, memory.take(record.key))
+        record = await run.play(assignment, player.play)
+        await prober.ask_all(assignment.episode, record, prober.frames.pop(record.key, {}))
         return record
 
     return play_one

@@ -1,10 +1,9 @@
 """Players of a run: an agent inside a worker, or a model that is asked from the main process."""
 
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Protocol
 
 from vigil.agents.conversation import Conversation, Message
 from vigil.agents.frame_encoding import EncodedFrame
@@ -22,37 +21,28 @@ from vigil.runner.models.context import CONTEXT_ERROR, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 
-
-class Player(Protocol):
-    """An agent or a model that plays one episode at a time."""
-
-    async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
-        """Play one episode and return its record. If something other than the agent fails, the episode ends as `error`.
-        Raises InputError.
-
-        `on_first_frame` is called before the agent sees the first frame.
-        """
-        ...
+PlayOnce = Callable[[Assignment, Callable[[], None]], Awaitable[EpisodeRecord]]
+"""Function that plays one episode and returns its record. If something other than the agent fails, the episode ends as
+`error`. Raises InputError. The second argument is called before the agent sees the first frame."""
 
 
-@dataclass(frozen=True, slots=True)
-class WorkerPlayer:
-    """Player for a scripted agent, a privileged agent or a program, which play inside the workers."""
+async def play_in_worker(
+    pool: SimulatorPool,
+    worker: Worker,
+    run_id: str,
+    may_resume: bool,
+    assignment: Assignment,
+    on_first_frame: Callable[[], None],
+) -> EpisodeRecord:
+    """Play one episode with an agent that plays inside a worker, preferably in `worker`.
 
-    pool: SimulatorPool
-    worker: Worker
-    """Worker that is preferred among equally busy workers."""
-    run_id: str
-    may_resume: bool
-    """Whether the agent continues in another worker when its worker is lost; True for a program."""
-
-    async def play(self, assignment: Assignment, on_first_frame: Callable[[], None]) -> EpisodeRecord:
-        """Play one episode in a worker."""
-        started = datetime.now(UTC)
-        try:
-            return await self.pool.play(assignment, on_first_frame, may_resume=self.may_resume, worker=self.worker)
-        except SimulatorError as error:
-            return error_record(assignment, self.run_id, error, started)
+    `may_resume` says whether the agent continues in another worker when its worker is lost; True for a program.
+    """
+    started = datetime.now(UTC)
+    try:
+        return await pool.play(assignment, on_first_frame, may_resume=may_resume, worker=worker)
+    except SimulatorError as error:
+        return error_record(assignment, run_id, error, started)
 
 
 @dataclass(frozen=True, slots=True)
