@@ -29,10 +29,10 @@ from vigil.runner.forks import ForkPlan, parse_at
 from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.providers import parse_model_name, with_thinking
 from vigil.runner.models.redaction import Secrets, redacted_errors, without_login, without_secrets
-from vigil.runner.option_parsing import public_name
 from vigil.runner.probes import ProbePlan, framings
 from vigil.runner.retries import RetryPolicy
 from vigil.runner.settings import RunSettings
+from vigil.runner.shared_settings import public_name
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.sim import BACKENDS, NAMELESS_BACKENDS
 

@@ -98,7 +98,13 @@ class ProgressCounter:
         """Number of invalid replies for each reason, in all sessions of the run."""
         self._clicks = self._clicks_out_of_frame = 0
         """Number of all clicks, and number of clicks that are outside the frame or have fractions as coordinates."""
-        self._has_warned_of_invalid_replies = self._has_warned_of_cut = self._has_warned_of_coordinates = False
+        self._warnings = [
+            self._first_error_warning,
+            self._invalid_replies_warning,
+            self._cut_dialogue_warning,
+            self._coordinates_warning,
+        ]
+        """Functions that return a warning about a record or the replies so far, or None; each warns once."""
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
@@ -123,30 +129,31 @@ class ProgressCounter:
         else:
             self.errors_in_a_row = 0
             outcome = self._add(episode, record)
-        first_error = None
-        if record.error is not None and self._errors == 1:
-            where, message = record.error.boundary, record.error.message
-            first_error = f"Episode {record.episode_id!r} ended as an error at the {where}: {message}"
-        self._report(
-            outcome,
-            first_error
-            or self._invalid_replies_warning()
-            or self._cut_dialogue_warning(record)
-            or self._coordinates_warning(),
-        )
+        self._report(outcome, self._warning(record))
 
     def note_retry(self, retry_reason: str) -> None:
         """Report that a request or episode is tried again, and why."""
         self._retry_reason = retry_reason
         self._report(None)
 
-    def _invalid_replies_warning(self) -> str | None:
-        """Return the warning that more than half of the replies are invalid, or None. It is returned only once."""
-        invalid = self._reasons.total()
-        is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
-        if self._has_warned_of_invalid_replies or not is_due:
+    def _warning(self, record: EpisodeRecord) -> str | None:
+        for find in self._warnings:
+            if (warning := find(record)) is not None:
+                self._warnings.remove(find)
+                return warning
+        return None
+
+    def _first_error_warning(self, record: EpisodeRecord) -> str | None:
+        if record.error is None:
             return None
-        self._has_warned_of_invalid_replies = True
+        where, message = record.error.boundary, record.error.message
+        return f"Episode {record.episode_id!r} ended as an error at the {where}: {message}"
+
+    def _invalid_replies_warning(self, _: EpisodeRecord) -> str | None:
+        """Return the warning that more than half of the replies are invalid, or None."""
+        invalid = self._reasons.total()
+        if self._seen_episodes < EPISODES_BEFORE_WARNING or invalid <= WARNING_SHARE * self._seen_replies:
+            return None
         reasons = ", ".join(f"{count} {reason}" for reason, count in self._reasons.most_common(MAX_LISTED_REASONS))
         share = f"{100 * invalid / self._seen_replies:.0f} %"
         return (
@@ -156,26 +163,23 @@ class ProgressCounter:
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
-        """Return the warning that the server cuts dialogues, or None. It is returned only once."""
-        found = None if self._has_warned_of_cut else find_shrunk_request(record, self._profile)
+        """Return the warning that the server cuts dialogues, or None."""
+        found = find_shrunk_request(record, self._profile)
         if found is None:
             return None
-        self._has_warned_of_cut = True
         return (
             f"In episode {record.episode_id!r} the server counted {found[0]:,} input tokens, and {found[1]:,} for the "
             "next request, although a dialogue only grows. The server seems to cut what its context does not hold "
             f"(or does not count what it has cached). Start it with a larger context: {CONTEXT_OPTIONS}."
         )
 
-    def _coordinates_warning(self) -> str | None:
-        """Return the warning that the model uses other coordinates, or None. It is returned only once."""
-        is_due = self._clicks_out_of_frame >= CLICKS_BEFORE_WARNING
-        is_due &= self._clicks_out_of_frame > WARNING_OUT_OF_FRAME_SHARE * self._clicks
-        if self._has_warned_of_coordinates or not is_due:
+    def _coordinates_warning(self, _: EpisodeRecord) -> str | None:
+        """Return the warning that the model uses other coordinates, or None."""
+        outside = self._clicks_out_of_frame
+        if outside < CLICKS_BEFORE_WARNING or outside <= WARNING_OUT_OF_FRAME_SHARE * self._clicks:
             return None
-        self._has_warned_of_coordinates = True
         return (
-            f"{self._clicks_out_of_frame} of {self._clicks} clicks are in fractions or outside the frame: the model "
+            f"{outside} of {self._clicks} clicks are in fractions or outside the frame: the model "
             f"seems to use other coordinates than it was asked for. {FIND_COORDINATES}"
         )
 

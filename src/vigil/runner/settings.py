@@ -15,7 +15,6 @@ from vigil.protocol.profile import ImageFormat
 from vigil.protocol.prompt_file import check_template
 from vigil.records.limits import MAX_EPOCHS
 from vigil.runner import shared_settings as shared
-from vigil.runner.option_parsing import read_extra_body, read_model_args, single_value
 
 if TYPE_CHECKING:
     from vigil.records.record import Shard
@@ -42,7 +41,7 @@ class RunSettings:
             "Agent that plays the episodes: a scripted one (solver, random, noop ...), or your own "
             "program as exec:COMMAND. Give either this or --model.",
             metavar="NAME",
-            read=single_value("--agent"),
+            read=shared.single_value("--agent"),
             repeats=True,
         ),
     ] = None
@@ -53,7 +52,7 @@ class RunSettings:
         Setting(
             "Model that plays the episodes, as provider/model, e.g. openai/gpt-4o. Give either this or --agent.",
             metavar="MODEL",
-            read=single_value("--model"),
+            read=shared.single_value("--model"),
             repeats=True,
         ),
     ] = None
@@ -71,8 +70,6 @@ class RunSettings:
     ] = ""
     base_url: shared.BaseUrl = None
     api_key_env: shared.ApiKeyEnv = None
-    """Environment variable with the key; None for the provider's usual variable, whose key is sent only to the
-    provider's hosts."""
     log_dir: shared.LogDir = None
     """Folder of the run; None for a folder under `runs/` whose name depends only on the settings."""
     limit: Annotated[
@@ -111,7 +108,6 @@ class RunSettings:
     prompt_variant: shared.PromptVariantOption = "default"
     prompt_template: shared.PromptFileOption = None
     coordinates: shared.CoordinatesOption = None
-    """Coordinate system of the model's clicks; None for the system that the published table has for the model."""
     reply_policy: shared.ReplyPolicyOption = "strict"
     system_role: shared.SystemRoleOption = "system"
     shard: Annotated[
@@ -123,7 +119,6 @@ class RunSettings:
             read="vigil.records.shards:parse_shard",
         ),
     ] = None
-    """Part of the episodes to play; `vigil.runner.merge` joins the parts."""
     epochs: Annotated[
         int, Setting("Number of times that each episode is played.", minimum=1, maximum=MAX_EPOCHS, metavar="N")
     ] = 1
@@ -142,14 +137,16 @@ class RunSettings:
             "Argument K with value V that is passed to the provider's client library; may be repeated.",
             "model-arg",
             metavar="K=V",
-            read=read_model_args,
+            read=shared.read_model_args,
             repeats=True,
         ),
     ] = field(default_factory=dict[str, Any])
     extra_body: Annotated[
         Mapping[str, Any],
         Setting(
-            "JSON object whose fields are added to every request to the model.", metavar="JSON", read=read_extra_body
+            "JSON object whose fields are added to every request to the model.",
+            metavar="JSON",
+            read=shared.read_extra_body,
         ),
     ] = field(default_factory=dict[str, Any])
     image_format: Annotated[ImageFormat, Setting("Image format of the frames that the agent gets.")] = "png"
@@ -177,7 +174,6 @@ class RunSettings:
             metavar="RUN",
         ),
     ] = None
-    """Run whose plays are continued; None to begin every episode at its start."""
     fork_at: Annotated[
         int | str | None,
         Setting(
@@ -190,7 +186,6 @@ class RunSettings:
         ),
     ] = None
     probe: shared.ProbeSteps = None
-    """Steps at which the model is asked what it believes; None to ask nothing. Not part of the run's identity."""
     probe_framing: shared.ProbeFraming = "state"
     backend: shared.Backend = "mujoco"
     simulator_factory: "SimulatorFactory | None" = None
@@ -199,7 +194,6 @@ class RunSettings:
     reply_seconds: Annotated[
         int, Setting("Time limit in seconds for each reply of the agent.", minimum=1, metavar="SECONDS")
     ] = REPLY_SECONDS
-    """Time limit (s) for one reply of the model or of the agent's program."""
     frame_interval_seconds: Annotated[
         float,
         Setting(
