@@ -59,7 +59,6 @@ class ProgramSettings:
     output."""
 
     reply_seconds: float = REPLY_SECONDS
-    """Time limit of one reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
     """Interval (s) at which the program gets frames; with 0, a frame is sent as soon as it is ready."""
     hidden: tuple[Path, ...] | None = None

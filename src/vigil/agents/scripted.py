@@ -69,7 +69,6 @@ CENTRE_ACTIONS = tuple(
     InteractPixel(intent=intent, x=FRAME_WIDTH // 2, y=FRAME_HEIGHT // 2)
     for intent in ("ground", "open_access", "activate", "pick")
 )
-"""Clicks at the centre of the frame: one click for each of four intents."""
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
 """The ten x coordinates (pixels) of a row of clicks across the frame.
@@ -161,7 +160,6 @@ def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
 
 
 def _always(reply: str) -> Script:
-    """Return a script that always gives the same reply."""
     return lambda _rng, _instruction: repeat(reply)
 
 

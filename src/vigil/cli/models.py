@@ -29,7 +29,7 @@ from vigil.runner.shared_settings import (
 
 if TYPE_CHECKING:
     from vigil.agents.conversation import Message
-    from vigil.runner.models.pointing import PointingCalibration
+    from vigil.runner.models.completion import PointingCalibration
     from vigil.runner.models.providers import Provider
 
 OneEpisode = Annotated[
@@ -95,8 +95,7 @@ def calibrate(
     system_role: SystemRoleOption = "system",
 ) -> None:
     """Example: vigil calibrate --model vllm/moonshotai/Kimi-VL-A3B-Instruct"""
-    from vigil.runner.models.completion import calibrate_model
-    from vigil.runner.models.pointing import SPOTS
+    from vigil.runner.models.completion import SPOTS, calibrate_model
     from vigil.runner.plan import endpoint_of
     from vigil.runner.settings import RunSettings
 
@@ -114,7 +113,7 @@ def calibrate(
 
 def _verdict(model: str, found: PointingCalibration) -> str:
     from vigil.protocol.profile import known_coordinates
-    from vigil.runner.models.pointing import SPOTS
+    from vigil.runner.models.completion import SPOTS
 
     if found.coordinates is None:
         return (

@@ -23,7 +23,6 @@ class Attempt(BaseModel):
     episode_id: str
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
-    """Number of the attempt, from 1."""
     spec_sha256: str
     """Hash of the run's settings (`RunSpec.sha256`)."""
     started: datetime

@@ -110,7 +110,6 @@ def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSe
 
 
 def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None:
-    """Raise RecordError when shards are of different runs."""
     facts = {folder: _identity(header, settings) for folder, header in headers.items()}
     differ: list[str] = []
     for name in sorted(set[str]().union(*facts.values())):
@@ -165,7 +164,6 @@ def _read(
 
 
 def _check_finished(parts: Sequence[_ShardRun]) -> None:
-    """Raise RecordError when a shard has episodes left to play."""
     unfinished = [f"{part.shard} ({part.missing}, in {str(part.run.folder)!r})" for part in parts if part.missing]
     if unfinished:
         raise RecordError(

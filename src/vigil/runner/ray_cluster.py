@@ -16,7 +16,7 @@ import socket
 import subprocess
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from multiprocessing.connection import Client, Connection, Listener
@@ -58,24 +58,15 @@ MISSING = "missing"
 _HASH_DIGITS = 12
 
 
-@dataclass(frozen=True, slots=True)
-class RayCluster:
-    """A cluster whose nodes can play the run."""
-
-    plan: WorkerPlan
-    """Plan for the workers on the cluster's nodes."""
-    cpus: int
-    """Number of workers for which the cluster has CPUs."""
-    start: StartProcess
-    """Function that starts a worker's process."""
-
-
 @contextmanager
-def connect_cluster(address: str | None, plan: WorkerPlan) -> Generator[RayCluster, None, None]:
+def connect_cluster(
+    address: str | None, plan: WorkerPlan
+) -> Generator[tuple[WorkerPlan, int, StartProcess], None, None]:
     """Connect to the cluster at `address`, or else at RAY_ADDRESS, or else on this machine; if there is none, start a
     cluster.
 
-    Raises SettingError when no cluster answers, or when one of its nodes cannot play the run.
+    Yields the plan for workers on its nodes, the number of workers for which it has CPUs, and the function that starts
+    a worker's process. Raises SettingError when no cluster answers, or when one of its nodes cannot play the run.
     """
     was_connected = ray.is_initialized()
     if not was_connected:
@@ -90,7 +81,7 @@ def connect_cluster(address: str | None, plan: WorkerPlan) -> Generator[RayClust
         check = partial(node_objection, plan, Path.cwd(), node_facts(plan, Path.cwd()))
         _check_nodes(_nodes(), check)
         cpus = sum(int(node["Resources"]["CPU"]) // CPUS for node in _nodes())
-        yield RayCluster(plan, cpus, partial(RayProcess, check))
+        yield plan, cpus, partial(RayProcess, check)
     finally:
         if not was_connected:
             ray.shutdown()

@@ -96,7 +96,7 @@ class _RunSession:
             Assignment(episode, epoch, fork=None if forks is None else forks.fork(episode))
             for epoch in range(1, self.plan.spec.epochs + 1)
             for episode in play_order(self.plan.episodes, self.plan.pack.pairs)
-            if not self.folder.is_done(episode.id, epoch)
+            if not self.folder.log.is_done((episode.id, epoch))
         ]
 
     def unprobed(self) -> list[Play]:
@@ -105,7 +105,7 @@ class _RunSession:
         if self.probes is None or asked is None:
             return []
         by_id, table = {episode.id: episode for episode in self.plan.episodes}, self.probes.table
-        plays = [(by_id[record.episode_id], record) for record in self.folder.records()]
+        plays = [(by_id[record.episode_id], record) for record in self.folder.log.records()]
         return [play for play in plays if asked.missing(table, *play)]
 
     def prober(self, asking: Callable[[ModelIdentityLog], Ask]) -> Prober:
@@ -187,7 +187,7 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
         stack.callback(folder.close)
         if execution.prices is not None:
             folder.note_prices(execution.prices)
-        earlier = folder.records()
+        earlier = folder.log.records()
         progress = ProgressCounter(plan, earlier, on_progress, folder.cost)
         probes = None
         if execution.probes is not None:
@@ -198,10 +198,10 @@ def play_run(plan: RunPlan, *, on_progress: OnProgress = lambda _: None) -> RunR
             folder.path,
             folder.header,
             plan.episodes,
-            folder.records(),
+            folder.log.records(),
             len(earlier) - earlier.errors,
-            tokens=folder.tokens,
-            partial_line_file=folder.partial_line_file,
+            tokens=folder.log.tokens,
+            partial_line_file=folder.log.partial_line_file,
             notes=folder.notes,
             probes=None if probes is None else probes.table,
         )
@@ -243,8 +243,7 @@ def _pool(run: _RunSession, most: int) -> Generator[SimulatorPool, None, None]:
                 raise SettingError('Ray is not installed here. Run: pip install "vigil-bench[ray]".')
             from vigil.runner.ray_cluster import connect_cluster  # noqa: PLC0415 - loads Ray
 
-            cluster = stack.enter_context(connect_cluster(execution.ray_address, plan))
-            plan, cpus, start = cluster.plan, cluster.cpus, cluster.start
+            plan, cpus, start = stack.enter_context(connect_cluster(execution.ray_address, plan))
         workers = min(execution.workers or cpus, most)
         yield stack.enter_context(
             SimulatorPool(plan, workers, timeout_s=execution.timeout_s, logs=folder.logs, start=start)

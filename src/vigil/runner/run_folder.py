@@ -22,7 +22,7 @@ from vigil.base.json_files import is_object
 from vigil.base.json_lines import write_error
 from vigil.errors import MAX_PART_CHARS, RecordError, shorten
 from vigil.protocol.episode import Episode
-from vigil.records.costs import Prices, RunTokens
+from vigil.records.costs import Prices
 from vigil.records.reasoning_file import store_reasoning
 from vigil.records.record import (
     EPISODES_FILE,
@@ -35,7 +35,7 @@ from vigil.records.record import (
     RunSpec,
     read_header,
 )
-from vigil.records.record_file import RecordLog, StoredRecords
+from vigil.records.record_file import RecordLog
 from vigil.records.row_check import RowCheck, summarize_left_out
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.workers.messages import SimulatorFacts
@@ -63,7 +63,7 @@ class RunFolder:
         self.logs = path / LOGS_FOLDER
         self.inspect_logs = path / INSPECT_FOLDER
         self.header = header
-        self._log = log
+        self.log = log
         self._notes = notes
         self._is_resumed = False
         self._agent_files = agent_files
@@ -103,11 +103,6 @@ class RunFolder:
         return cls(path, header, log, check.notes, spec.agent_files)
 
     @property
-    def partial_line_file(self) -> Path | None:
-        """File with the incomplete last line of a killed run; None when there was none."""
-        return self._log.partial_line_file
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """Notes on rows that do not count, on replies from several models, and on checks that failed before the run."""
         names = self.header.answering_models
@@ -115,35 +110,22 @@ class RunFolder:
         sessions = (self.header.answered, *(session.answered for session in self.header.resumed))
         failed = {answered.check.get("contract", "") for answered in sessions if answered} - {"", "passed"}
         checks = [f"The check before the run {one}." for one in sorted(failed)]
-        return (*self._notes, *summarize_left_out(self._log.left_out), *([several] if several else []), *checks)
-
-    def records(self) -> StoredRecords:
-        """Return the row that counts for each play, sorted by episode and epoch."""
-        return self._log.records()
+        return (*self._notes, *summarize_left_out(self.log.left_out), *([several] if several else []), *checks)
 
     def played(self) -> list[str]:
         """Return the id of the episode of each row that counts, once for each epoch."""
-        return [episode_id for episode_id, _ in self._log.rows]
-
-    def is_done(self, episode_id: str, epoch: int) -> bool:
-        """Return whether a row of this play counts and is not an error."""
-        return self._log.is_done((episode_id, epoch))
-
-    @property
-    def tokens(self) -> RunTokens:
-        """Tokens of the replies in the rows, including earlier sessions."""
-        return self._log.tokens
+        return [episode_id for episode_id, _ in self.log.rows]
 
     def cost(self) -> float | None:
         """Return the cost of the replies; None without prices, or when no tokens are known."""
-        return None if self.header.prices is None else self.header.prices.cost(self.tokens.total)
+        return None if self.header.prices is None else self.header.prices.cost(self.log.tokens.total)
 
     def append(self, record: EpisodeRecord) -> None:
         """Write one row of this run and its saved reasoning; both are on disk when this returns.
 
         Raises RecordError when they cannot be written.
         """
-        self._log.append(store_reasoning(self.path, self.header.stamp(record)))
+        self.log.append(store_reasoning(self.path, self.header.stamp(record)))
 
     def note_facts(self, facts: SimulatorFacts) -> None:
         """Begin the session: add the backend's facts to the header.
@@ -161,7 +143,7 @@ class RunFolder:
 
     def _session(self, renderer: str) -> dict[str, Any]:
         """Return the header fields that describe this session's software and machine."""
-        rows = self._log.count
+        rows = self.log.count
         self._is_resumed = rows > 0
         if not rows:
             return {"renderer": renderer}
@@ -201,14 +183,14 @@ class RunFolder:
         try:
             files = (file for file in self.path.rglob("*") if file.is_file())
             others = (file for file in files if file.name not in (HEADER_FILE, EPISODES_FILE))
-            is_empty = not self._log.count and not any(file.stat().st_size for file in others)
-            if self._log.made_folder and is_empty:
+            is_empty = not self.log.count and not any(file.stat().st_size for file in others)
+            if self.log.made_folder and is_empty:
                 # Remove the folder while it is locked. Rename it first, so that no process opens it partly removed.
                 gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
                 self.path.rename(gone)
                 shutil.rmtree(gone)
         finally:
-            self._log.close()
+            self.log.close()
 
     def _update(self, **fields: Any) -> None:
         self.header = self.header.model_copy(update=fields)

@@ -245,7 +245,6 @@ class RunSettings:
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Raise SettingError if a value is out of bounds or contradicts another value."""
         check_settings(self)
         if self.ray_address is not None and self.executor != "ray":
             raise SettingError("--ray-address needs --executor ray: give both, or neither.")
@@ -299,7 +298,6 @@ class VerifySettings:
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Raise SettingError if a value is out of bounds or contradicts another value."""
         check_settings(self)
         if self.records_only and self.frames:
             raise SettingError(
@@ -348,5 +346,4 @@ class FinishedProbeSettings:
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Raise SettingError if a value is out of bounds."""
         check_settings(self)

@@ -174,7 +174,7 @@ class PlaySession:
 
     def _remaining(self) -> list[str]:
         """Return the ids of the episodes that are still to be played; episodes that ended as an error come last."""
-        open_ = [name for name in self._journal.order if not self._folder.is_done(name, 1)]
+        open_ = [name for name in self._journal.order if not self._folder.log.is_done((name, 1))]
         return sorted(open_, key=self._has_row)
 
     def _visible_state(self) -> dict[str, Any]:

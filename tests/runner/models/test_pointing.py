@@ -11,7 +11,7 @@ from PIL import Image
 from tests.support.narrowing import present
 from vigil.agents.conversation import Message
 from vigil.protocol.actions import Reply
-from vigil.runner.models.pointing import (
+from vigil.runner.models.completion import (
     CONVENTIONS,
     SPOTS,
     FramePoint,

@@ -67,9 +67,8 @@ class Host:
         self._order = random_order(list(self._episodes), settings.seed)
         self._sessions: dict[str, Session] = {}
         self._tasks: set[asyncio.Task[Any]] = set()
-        done = folder.is_done
         left = [(name, epoch) for epoch in range(1, settings.epochs + 1) for name in self._order]
-        left = [key for key in left if not done(*key)]
+        left = [key for key in left if not folder.log.is_done(key)]
         self._broken = self._unfinished(set(left))
         keys = {one.key for one in self._broken}
         self._waiting = deque(key for key in left if key not in keys)
@@ -134,7 +133,7 @@ class Host:
 
     def _unfinished(self, left: set[Key]) -> list[Begun]:
         """Return the sessions of a killed server that can continue: the last attempts at episodes without a record."""
-        errors = {(row.key, row.attempt) for row in self._folder.records()}
+        errors = {(row.key, row.attempt) for row in self._folder.log.records()}
         begun = [one for one in self._journal.begun.values() if one.key in left]
         return [
             one

@@ -45,9 +45,7 @@ class ModelAnswer:
     finish_reason: str | None = None
     usage: Usage | None = None
     model: str | None = None
-    """Name of the model, as the answer states it."""
     has_message: bool = False
-    """Whether the body had a message."""
     is_complete: bool = False
     """Whether the server said that the answer is complete."""
 

@@ -24,7 +24,6 @@ class ModelIdentityLog:
     asked: Thinking = "default"
     """Thinking mode that the user set."""
     effort: str | None = None
-    """Reasoning effort that the user set; None if unset."""
     set_by: str = ""
     """Text with the request fields that set thinking on or off."""
     on_new_identity: Callable[[], None] = lambda: None

@@ -16,7 +16,6 @@ MAX_CHARS = 1000
 _NESTING_FIELDS = ("error", "errors", "base_resp", "response", "metadata", "status", "body", "cause", "innererror")
 """Fields whose value may be an object that contains a message. Only `error` may also hold the message as a string."""
 _MESSAGE_FIELDS = ("message", "msg", "error_message", "errormessage", "error_msg", "status_msg", "error_description")
-"""Fields whose texts are messages."""
 _DETAIL_FIELDS = ("detail", "details", "raw", "reason", "title", "description")
 """Fields whose texts add details to a message or repeat the message."""
 _CODE_FIELDS = ("code", "type", "error_type", "status_code")

@@ -51,17 +51,13 @@ class WorkerPlan:
     """Name of the agent that plays inside the worker; empty when the agent plays in the main process."""
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
-    """Time limit (s) for one reply of an agent's program."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """Interval (s) at which an agent's program gets frames: each is sent a whole number of intervals after the last
-    reply."""
     hidden: tuple[Path, ...] | None = None
     """Folders that a program in a sandbox must not see; None for a program without a sandbox."""
     keep_program: bool = False
     """Whether one program plays all episodes of the worker, instead of being started for each episode."""
     seed: int = 0
     pack_sha256: str | None = None
-    """Hash of the pack that is played."""
     recorded_profile: Profile | None = None
     """Profile of the plays that episodes continue; None if every episode begins at its start."""
 
