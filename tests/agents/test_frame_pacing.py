@@ -12,8 +12,7 @@ import pytest
 from tests.support.tiny_pack import tiny_episode, tiny_house
 from vigil.agents import exec_agent
 from vigil.agents.exec_agent import ExecAgent, ProgramSettings
-from vigil.agents.frame_pacing import FramePacer
-from vigil.agents.program import Program
+from vigil.agents.program import FramePacer, Program
 from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.protocol.actions import PhysicalAction

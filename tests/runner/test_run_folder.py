@@ -59,7 +59,7 @@ def test_who_waits_for_a_folder_that_goes_gets_one_of_its_own(planned, tmp_path:
     monkeypatch.setattr(jsonl.fcntl, "flock", lock)
     second = RunFolder.create_or_resume(path, spec, pack.episodes)
     assert (path / HEADER_FILE).is_file()
-    held = os.fstat(second._log._file.fileno())
+    held = os.fstat(second.log._file.fileno())
     assert os.path.samestat(held, (path / EPISODES_FILE).stat())
     second.close()
     assert not path.exists()

@@ -34,8 +34,7 @@ from typing import Any
 
 from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.agents.frame_encoding import encode_frame
-from vigil.agents.frame_pacing import FramePacer
-from vigil.agents.program import Program, ProgramFault, Redact, WorkingFolder, program_files, resolve_paths
+from vigil.agents.program import FramePacer, Program, ProgramFault, Redact, WorkingFolder, program_files, resolve_paths
 from vigil.agents.sandbox import sandboxed
 from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.actions import Reply, ReplyCut

@@ -51,12 +51,12 @@ def estimate(plan: RunPlan) -> CostEstimate:
     profile, epochs, outputs = plan.spec.profile, plan.spec.epochs, _output_tokens(plan.spec)
     answers = min(REPLY_TOKENS[0], outputs[0]), min(REPLY_TOKENS[1], outputs[1])
     calls, probes, inputs = [0, 0], [0, 0], [0.0, 0.0]
+    framings = plan.execution.probes.framings if plan.execution.probes else ()
+    questions = sum(len(QUESTIONS[framing]) for framing in framings) / CHARS_PER_TOKEN
     for episode in plan.episodes:
-        asked = _probed_steps(plan, episode)
+        asked = plan.execution.probes.schedule.bounds(episode.max_steps) if plan.execution.probes else ((), ())
         for bound, steps in enumerate((1, episode.max_steps)):
             tokens = _input_tokens(episode, profile, steps, (answers[bound], PICTURE_TOKENS[bound]))
-            framings = plan.execution.probes.framings if plan.execution.probes else ()
-            questions = sum(len(QUESTIONS[framing]) for framing in framings) / CHARS_PER_TOKEN
             calls[bound] += steps
             probes[bound] += len(asked[bound]) * len(framings)
             inputs[bound] += sum(tokens)
@@ -69,12 +69,6 @@ def estimate(plan: RunPlan) -> CostEstimate:
         input_tokens=(round(inputs[0]) * epochs, round(inputs[1]) * epochs),
         output_tokens=(everything[0] * outputs[0], everything[1] * outputs[1]),
     )
-
-
-def _probed_steps(plan: RunPlan, episode: Episode) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the fewest and the most steps at which an episode is probed."""
-    probes = plan.execution.probes
-    return ((), ()) if probes is None else probes.schedule.bounds(episode.max_steps)
 
 
 def max_tokens_of(spec: RunSpec) -> int | None:

@@ -318,8 +318,11 @@ class _InspectSession:
             return await self._play(assignment)
         finally:
             self._alive -= 1
-            if self._alive == 0:
-                await self._close_models()
+            if self._alive == 0:  # Inspect may still use its own clients, so these stay open
+                made = [self._models.pop(name) for name in sorted(self._made)]
+                self._made.clear()
+                for model in made:
+                    await model.api.aclose()
 
     async def _play(self, assignment: Assignment) -> EpisodeRecord:
         model = self._model()
@@ -344,13 +347,6 @@ class _InspectSession:
             if self._models[name] is not active:
                 self._made.add(name)
         return self._models[name]
-
-    async def _close_models(self) -> None:
-        """Close the clients that this session made. Inspect may still use its own clients, so these stay open."""
-        made = [self._models.pop(name) for name in sorted(self._made)]
-        self._made.clear()
-        for model in made:
-            await model.api.aclose()
 
     async def _check(self, model: Model, profile: Profile) -> None:
         execution = self._plan.execution

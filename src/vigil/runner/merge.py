@@ -58,10 +58,6 @@ class _ShardRun:
     missing: int
     """Number of planned plays that do not have a row, or whose row is an error."""
 
-    @property
-    def header(self) -> RunHeader:
-        return self.run.header
-
 
 def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None = None) -> RunHeader:
     """Join the shards of one run into the new folder `out` and return its header.
@@ -174,7 +170,7 @@ def _check_finished(parts: Sequence[_ShardRun]) -> None:
 
 def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
     """Return the header of the joined run: that of its first shard, with the sessions of all shards."""
-    first = parts[0].header
+    first = parts[0].run.header
     sessions: list[Resumption] = []
     rows = 0
     for part in parts:
@@ -182,13 +178,13 @@ def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
         rows += len(part.lines)
     count = parts[0].shard.of
     is_whole = len(parts) == count and not any(part.missing for part in parts)
-    ends = [part.header.ended for part in parts if part.header.ended is not None]
+    ends = [part.run.header.ended for part in parts if part.run.header.ended is not None]
     return first.model_copy(
         update={
             "run_id": run_id,
             "nonce": new_nonce(),
             "spec": first.spec.model_copy(update={"shard": None}),
-            "started": min(part.header.started for part in parts),
+            "started": min(part.run.header.started for part in parts),
             "ended": max(ends) if is_whole and ends else None,
             "host": {**first.host, "pack_folder": str(parts[0].run.pack_folder.resolve())},
             "resumed": tuple(sessions[1:]),
@@ -198,7 +194,7 @@ def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
 
 def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
     """Yield the sessions of a shard. `before` is the number of rows of the earlier shards, which precede its rows."""
-    header = part.header
+    header = part.run.header
     yield Resumption(
         started=header.started,
         rows_before=before,
@@ -244,14 +240,14 @@ def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
     found = [
         attempt.model_copy(update={"spec_sha256": spec_hash})
         for part in parts
-        for attempt in read_attempts(part.run.folder / ATTEMPTS_FILE, part.header.spec)
+        for attempt in read_attempts(part.run.folder / ATTEMPTS_FILE, part.run.header.spec)
     ]
     return [dump_line(attempt) for attempt in sorted(found, key=lambda attempt: attempt.started)]
 
 
 def _probe_lines(parts: Sequence[_ShardRun], run_sha256: str) -> list[bytes]:
     """Return the lines of all shards' probes that count, as probes of the joined run."""
-    tables = [read_probes(part.run.folder, part.header.sha256) for part in parts]
+    tables = [read_probes(part.run.folder, part.run.header.sha256) for part in parts]
     rows = (row for table in tables for row in table.rows.values())
     return [dump_line(row.model_copy(update={"run_sha256": run_sha256})) for row in rows]
 

@@ -14,7 +14,7 @@ from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 
-from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
+from tenacity import AsyncRetrying, retry_if_result, stop_after_attempt
 
 from vigil.base.processes.worker import LocalProcess, StartProcess, Worker
 from vigil.errors import InfrastructureError, SettingError
@@ -125,7 +125,7 @@ class _RunSession:
             retry=retry_if_result(self._is_played_again),
             stop=stop_after_attempt(ATTEMPTS),
             wait=RetryPolicy(first_wait_s=self.plan.execution.first_wait_s).wait_s,
-            retry_error_callback=_last_record,
+            retry_error_callback=lambda state: state.outcome and state.outcome.result(),
         )
         record: EpisodeRecord = await retrying(self._attempt, assignment, play_once)
         self.folder.append(record)
@@ -159,11 +159,6 @@ class _RunSession:
         has_seen_frame = self.folder.attempts.count(record.key) >= record.attempt
         is_lost = boundary == "worker" and has_seen_frame and self.plan.spec.agent_kind == "exec"
         return boundary not in (None, "model") and not is_lost
-
-
-def _last_record(state: RetryCallState) -> EpisodeRecord:
-    assert state.outcome is not None
-    return state.outcome.result()
 
 
 def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None) -> RunResult:
@@ -213,21 +208,17 @@ def _play_all(run: _RunSession) -> None:
         return
     with _pool(run, len(assignments) + len(unprobed)) as pool:
         if assignments:
-            _play_pending(run, pool, assignments)
+            is_shown_frames = run.plan.spec.agent_kind in ("model", "exec")
+            run.folder.note_facts(pool.facts(assignments[0] if is_shown_frames else None))
+            if run.plan.endpoint is not None:
+                _play_with_model(run, run.plan.endpoint, pool, assignments)
+            else:
+                run.progress.start()
+                asyncio.run(_play_in_workers(run, pool, assignments))
         if unprobed and run.plan.endpoint is not None:
             with hiding_other_keys(run.plan.endpoint.access):
                 store = FrameStore(run.folder.frames)
                 asyncio.run(ask_missing(run.plan.endpoint, run.prober, store, pool, unprobed))
-
-
-def _play_pending(run: _RunSession, pool: SimulatorPool, assignments: Sequence[Assignment]) -> None:
-    is_shown_frames = run.plan.spec.agent_kind in ("model", "exec")
-    run.folder.note_facts(pool.facts(assignments[0] if is_shown_frames else None))
-    if run.plan.endpoint is not None:
-        _play_with_model(run, run.plan.endpoint, pool, assignments)
-    else:
-        run.progress.start()
-        asyncio.run(_play_in_workers(run, pool, assignments))
 
 
 @contextmanager

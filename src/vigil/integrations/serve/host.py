@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from vigil.agents.frame_pacing import FramePacer
+from vigil.agents.program import FramePacer
 from vigil.errors import SettingError, VigilError
 from vigil.integrations.rewards import Shaping, reward_parts, verdict_of
 from vigil.integrations.serve.journal import SESSIONS_FILE, Begun, Journal, hashed

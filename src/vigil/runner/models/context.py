@@ -39,20 +39,16 @@ def estimated_tokens(messages: Sequence[Message]) -> int:
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
 
 
-def needed_context(messages: Sequence[Message], profile: Profile) -> int:
-    """Return a context size (tokens, a power of two) that is enough for an episode that begins with these messages."""
+def size_hint(messages: Sequence[Message], profile: Profile) -> str:
+    """Return a sentence on the context that the server of a model needs, for an episode that begins with `messages`."""
     turns = min(profile.past_turns, LONGEST_EPISODE)
     tokens = estimated_tokens(messages) + (turns + 1) * (REPLY_TOKENS[1] + 20)
     tokens += min(profile.row.images, turns) * PICTURE_TOKENS[1]
-    return 1 << (tokens - 1).bit_length()
-
-
-def size_hint(messages: Sequence[Message], profile: Profile) -> str:
-    """Return a sentence on the context that the server of a model needs."""
+    context = 1 << (tokens - 1).bit_length()  # a power of two
     return (
         "The server's context is too small: the first request of this episode takes about "
         f"{estimated_tokens(messages):,} tokens. Start the server with a context of "
-        f"{needed_context(messages, profile):,} tokens or more ({CONTEXT_OPTIONS}), and more for a model that thinks."
+        f"{context:,} tokens or more ({CONTEXT_OPTIONS}), and more for a model that thinks."
     )
 
 
