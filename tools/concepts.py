@@ -25,7 +25,7 @@ from vigil.protocol.actions import Action, Reply, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.observation import Observation
 from vigil.protocol.profile import Profile
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 

@@ -28,7 +28,7 @@ from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader
 from vigil.runner.plan import run_spec
 from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.workers.frames import FrameStore
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 
 ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "readme", ROOT / "runs" / "readme"

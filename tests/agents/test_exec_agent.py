@@ -26,7 +26,7 @@ from vigil.protocol.observation import Feedback, Observation
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import system_prompt
 from vigil.protocol.replies import read_reply
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 from vigil.sim import make_simulator
 
 RGB = np.full((480, 640, 3), 77, np.uint8)

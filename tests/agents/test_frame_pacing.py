@@ -18,7 +18,7 @@ from vigil.env import Env
 from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import Effect
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 from vigil.sim import make_simulator
 
 CLICKS = """

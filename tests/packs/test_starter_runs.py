@@ -19,7 +19,7 @@ from vigil.protocol.profile import Profile
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 from vigil.scoring.outcomes import Outcome, score
 from vigil.sim import make_simulator
 

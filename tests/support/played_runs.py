@@ -15,7 +15,7 @@ from vigil.protocol.prompt import policy_sha256, policy_version
 from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader, RunSpec
 from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.workers.frames import FrameStore
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 from vigil.sim import make_simulator
 
 

@@ -28,7 +28,7 @@ from vigil.records.record import RunHeader, RunSpec
 from vigil.records.record_file import read_records
 from vigil.runner.run_folder import write_header
 from vigil.runner.workers.messages import RenderSettings
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 from vigil.sim import make_simulator
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library

@@ -9,7 +9,7 @@ import asyncio
 import gc
 import inspect
 import warnings
-from collections.abc import Awaitable, Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +50,7 @@ from vigil.runner.plan import RunPlan, plan_run
 from vigil.runner.retries import RetryPolicy
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import Assignment
-from vigil.runner.workers.players import ModelPlayer
+from vigil.runner.workers.players import ModelPlayer, PlayOne
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring.outcomes import score
 
@@ -71,8 +71,6 @@ TASK_SETTINGS = {
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 PLACEHOLDER_MODEL = "mockllm/model"
 """Model name that stands in the settings until the name of Inspect's model is known."""
-PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
-"""Function that plays one episode with a model. Raises VigilError to stop the run."""
 
 
 def evaluate(

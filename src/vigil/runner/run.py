@@ -7,7 +7,7 @@ which episodes are still to be played.
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -38,13 +38,11 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import Assignment
-from vigil.runner.workers.players import ModelPlayer, PlayOnce, play_in_worker
+from vigil.runner.workers.players import ModelPlayer, PlayOnce, PlayOne, play_in_worker
 from vigil.runner.workers.pool import SimulatorPool, usable_cpus
 
 MAX_ERRORS_IN_A_ROW = 25
 """Number of consecutive errors after which the run stops, because a server or all simulators seem to have failed."""
-PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
-"""Function that plays one episode with a model. Raises VigilError to stop the run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,12 +301,14 @@ def _identity_log(run: _RunSession, endpoint: Endpoint) -> ModelIdentityLog:
     spec, name = run.plan.spec, endpoint.access.model_name
     effort = endpoint.sampling.get("reasoning_effort")
     set_by = f"--reasoning-effort {effort}" if effort else ""
+    thinking = "unknown" if spec.thinking == "default" else spec.thinking
+    if effort is not None:
+        thinking = "off" if effort == "none" else "on"
     if spec.thinking != "default" and name is not None:
         set_by = f"--thinking {spec.thinking}: {describe_switch(spec.thinking, name)}"
     identity_log = ModelIdentityLog(
         earlier_names=() if run.plan.execution.force else run.folder.header.answering_models,
-        asked=spec.thinking,
-        effort=effort,
+        thinking=thinking,
         set_by=set_by,
         redact=run.plan.secrets.redact,
     )

@@ -10,7 +10,7 @@ from vigil.env import Env
 from vigil.errors import RecordError
 from vigil.protocol.profile import Profile
 from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
-from vigil.runner.workers.play import play
+from vigil.runner.workers.worker import play
 from vigil.sim import make_simulator
 
 

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
+from typing import Literal
 
 from vigil.errors import RecordError
 from vigil.protocol.actions import Reply
-from vigil.protocol.reasoning import Thinking
 from vigil.records.record import ProviderFacts
 
 CLIENTS = ("inspect_ai", "openai", "anthropic", "google-genai", "mistralai", "azure-ai-inference", "httpx2")
@@ -21,9 +21,8 @@ class ModelIdentityLog:
     earlier_names: Collection[str] = ()
     """Names under which the model answered in earlier sessions. An answer under any other name is refused. If empty,
     all names are accepted."""
-    asked: Thinking = "default"
+    thinking: Literal["on", "off", "unknown"] = "unknown"
     """Thinking mode that the user set."""
-    effort: str | None = None
     set_by: str = ""
     """Text with the request fields that set thinking on or off."""
     on_new_identity: Callable[[], None] = lambda: None
@@ -61,16 +60,13 @@ class ModelIdentityLog:
 
     def provider_facts(self) -> ProviderFacts:
         """Return the logged facts in the form of a run's header."""
-        state = {"on": "on", "off": "off"}.get(self.asked, "unknown")
-        if self.effort is not None:
-            state = "off" if self.effort == "none" else "on"
         return ProviderFacts.model_validate(
             {
                 "replies": self.replies,
                 "models": dict(sorted(self.models.items())),
                 "finish_reasons": dict(sorted(self.finish_reasons.items())),
                 "addresses": tuple(sorted(self.addresses)),
-                "thinking": "on" if self.with_reasoning else state,
+                "thinking": "on" if self.with_reasoning else self.thinking,
                 "thinking_set_by": self.set_by,
                 "replies_with_reasoning": self.with_reasoning,
                 "check": dict(self.check),

@@ -21,6 +21,8 @@ from vigil.runner.models.context import CONTEXT_ERROR, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
 
+PlayOne = Callable[[Assignment], Awaitable[EpisodeRecord]]
+"""Function that plays one episode with a model. Raises VigilError to stop the run."""
 PlayOnce = Callable[[Assignment, Callable[[], None]], Awaitable[EpisodeRecord]]
 """Function that plays one episode and returns its record. If something other than the agent fails, the episode ends as
 `error`. Raises InputError. The second argument is called before the agent sees the first frame."""

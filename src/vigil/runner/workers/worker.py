@@ -1,13 +1,15 @@
-"""The state of a worker process that plays episodes: its simulators, and the episodes that are played in them."""
+"""A play by an agent next to the simulator, and the state of a worker process that plays episodes: its simulators, and
+the episodes that are played in them."""
 
 import gc
 import hashlib
-from collections.abc import Generator
+import traceback
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 
-from vigil.agents.agent import Agent, Closeable
+from vigil.agents.agent import Agent, Closeable, Resumable
 from vigil.agents.exec_agent import ProgramSettings
 from vigil.agents.frame_encoding import EncodedFrame, encode_frame
 from vigil.agents.registry import is_exec, make_agent
@@ -17,7 +19,7 @@ from vigil.base.free_memory import return_free_memory
 from vigil.base.processes.child import report
 from vigil.base.processes.worker import WorkerLost
 from vigil.env import Env
-from vigil.errors import RecordError, SettingError
+from vigil.errors import InfrastructureError, InputError, RecordError, SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
@@ -26,12 +28,70 @@ from vigil.protocol.observation import Observation
 from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.models.redaction import Secrets
 from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
-from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
-from vigil.runner.workers.play import begin, play
+from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, Fork, SimulatorFacts, WorkerPlan
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
+
+
+def begin(
+    env: Env, episode: Episode, fork: Fork | None, on_past: Callable[[Observation], None] = lambda _: None
+) -> Observation | None:
+    """Return the first observation of an episode that may continue another play; None if the simulator failed.
+
+    `on_past` is called with each observation of the continued play before the returned one. Raises InputError, also
+    when the play cannot be repeated exactly.
+    """
+    steps = () if fork is None else fork.steps
+    observation = env.reset(episode, len(steps))
+    for step in steps:
+        if observation is not None:
+            on_past(observation)
+            observation = env.replay(step)
+    return observation
+
+
+def play(
+    episode: Episode,
+    env: Env,
+    agent: Agent,
+    *,
+    fork: Fork | None = None,
+    earlier: Sequence[Reply] | None = None,
+    on_first_frame: Callable[[], None] = lambda: None,
+    on_reply: Callable[[Observation, Reply], object] = lambda _observation, _reply: None,
+) -> None:
+    """Play `episode` to its end in `env`, which then has the record.
+
+    The replies of `fork`, the play that the episode continues, are carried out first, then `earlier`: the agent's
+    replies from a lost process (None: it has not begun). `on_first_frame` is called before the first frame is shown,
+    `on_reply` before a reply is carried out. The agent sees only observations and the instruction. Failures of its
+    program end the episode as `error`. Raises InputError.
+    """
+    observation = begin(env, episode, fork)
+    try:
+        for reply in earlier or ():
+            if observation is not None:
+                _ = observation.rgb  # so that the record says again that this frame was looked at
+                observation = env.step(reply)
+        if observation is not None:
+            if earlier is not None and isinstance(agent, Resumable):
+                agent.resume(episode.instruction)
+            else:
+                agent.start(episode.instruction)
+            if earlier is None:
+                on_first_frame()
+        while observation is not None:
+            reply = agent.act(observation)
+            on_reply(observation, reply)
+            observation = env.step(reply)
+    except InputError:
+        raise
+    except InfrastructureError as error:
+        env.fail("agent", str(error))
+    except Exception:  # noqa: BLE001 - a fault in a program is not a result of the agent
+        env.fail("worker", traceback.format_exc(limit=-8))
 
 
 @dataclass(slots=True)
