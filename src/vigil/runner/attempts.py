@@ -27,6 +27,11 @@ class Attempt(BaseModel):
     """Hash of the run's settings (`RunSpec.sha256`)."""
     started: datetime
 
+    @property
+    def key(self) -> Key:
+        """Episode and epoch of the attempt."""
+        return self.episode_id, self.epoch
+
 
 def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
     """Return the attempts of the run `spec`; empty if there is no file. Attempts of other runs in the file are left
@@ -50,7 +55,7 @@ class AttemptLog:
         """
         self._path = path
         self._spec = spec.sha256
-        self._count = Counter((each.episode_id, each.epoch) for each in read_attempts(path, spec))
+        self._count = Counter(attempt.key for attempt in read_attempts(path, spec))
 
     def count(self, key: Key) -> int:
         """Return the number of attempts at an episode."""
