@@ -222,9 +222,10 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
                 for line in chain.from_iterable(part.lines for part in parts):
                     file.write(dump_line(header.stamp(EpisodeRecord.model_validate_json(line.data))))
             (folder / ATTEMPTS_FILE).write_bytes(b"".join(_attempt_lines(parts, header.spec.sha256)))
-            probes = _probe_lines(parts, header.sha256)
-            if probes:
-                (folder / PROBES_FILE).write_bytes(b"".join(probes))
+            tables = [read_probes(part.run.folder, part.run.header.sha256) for part in parts]
+            if probes := [row for table in tables for row in table.rows.values()]:
+                lines = (dump_line(row.model_copy(update={"run_sha256": header.sha256})) for row in probes)
+                (folder / PROBES_FILE).write_bytes(b"".join(lines))
             for part in parts:
                 _copy_files(part, folder)
             folder.rename(out)
@@ -243,13 +244,6 @@ def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
         for attempt in read_attempts(part.run.folder / ATTEMPTS_FILE, part.run.header.spec)
     ]
     return [dump_line(attempt) for attempt in sorted(found, key=lambda attempt: attempt.started)]
-
-
-def _probe_lines(parts: Sequence[_ShardRun], run_sha256: str) -> list[bytes]:
-    """Return the lines of all shards' probes that count, as probes of the joined run."""
-    tables = [read_probes(part.run.folder, part.run.header.sha256) for part in parts]
-    rows = (row for table in tables for row in table.rows.values())
-    return [dump_line(row.model_copy(update={"run_sha256": run_sha256})) for row in rows]
 
 
 def _copy_files(part: _ShardRun, folder: Path) -> None:

@@ -118,7 +118,8 @@ class Prober:
     async def _ask(
         self, record: EpisodeRecord, step: int, framing: Framing, messages: Sequence[Message]
     ) -> ProbeRecord:
-        result = await self._result(with_question(messages, framing))
+        *earlier, last = messages  # the question comes after the frame of the last message
+        result = await self._result([*earlier, replace(last, question=QUESTIONS[framing])])
         self.failures_in_a_row = self.failures_in_a_row + 1 if "error" in result else 0
         return ProbeRecord(
             run_sha256=self.header.sha256,
@@ -167,12 +168,6 @@ def step_messages(
 def needed_frames(profile: Profile, steps: Iterable[int]) -> set[int]:
     """Return the steps whose frames are in the messages of `steps`."""
     return {frame for step in steps for frame in range(max(1, step - profile.row.images), step + 1)}
-
-
-def with_question(messages: Sequence[Message], framing: Framing) -> list[Message]:
-    """Return the messages of a step, with a probe's question added after the frame of the last message."""
-    *earlier, last = messages
-    return [*earlier, replace(last, question=QUESTIONS[framing])]
 
 
 Play = tuple[Episode, EpisodeRecord]

@@ -8,7 +8,7 @@ special header (`x-api-key`).
 
 import os
 import ssl
-from collections.abc import Generator, Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from ipaddress import ip_address
@@ -110,13 +110,8 @@ def disable_redirects(api: Any) -> None:
 
 
 def _set_no_redirects(api: Any) -> None:
-    for client in _clients(api):
-        client.follow_redirects = False
-
-
-def _clients(api: Any) -> Iterator[Any]:
-    """Yield the HTTP clients that a provider holds."""
-    own = getattr(api, "client", None)
-    for holder in (getattr(api, "http_client", None), getattr(own, "_client", None), own):
-        if isinstance(getattr(holder, "follow_redirects", None), bool):
-            yield holder
+    own: Any = getattr(api, "client", None)
+    clients: list[Any] = [getattr(api, "http_client", None), getattr(own, "_client", None), own]
+    for client in clients:
+        if isinstance(getattr(client, "follow_redirects", None), bool):
+            client.follow_redirects = False
