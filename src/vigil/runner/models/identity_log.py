@@ -60,18 +60,16 @@ class ModelIdentityLog:
 
     def provider_facts(self) -> ProviderFacts:
         """Return the logged facts in the form of a run's header."""
-        return ProviderFacts.model_validate(
-            {
-                "replies": self.replies,
-                "models": dict(sorted(self.models.items())),
-                "finish_reasons": dict(sorted(self.finish_reasons.items())),
-                "addresses": tuple(sorted(self.addresses)),
-                "thinking": "on" if self.with_reasoning else self.thinking,
-                "thinking_set_by": self.set_by,
-                "replies_with_reasoning": self.with_reasoning,
-                "check": dict(self.check),
-                "clients": client_versions(),
-            }
+        return ProviderFacts(
+            replies=self.replies,
+            models=dict(sorted(self.models.items())),
+            finish_reasons=dict(sorted(self.finish_reasons.items())),
+            addresses=tuple(sorted(self.addresses)),
+            thinking="on" if self.with_reasoning else self.thinking,
+            thinking_set_by=self.set_by,
+            replies_with_reasoning=self.with_reasoning,
+            check=dict(self.check),
+            clients=client_versions(),
         )
 
 

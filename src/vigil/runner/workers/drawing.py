@@ -48,7 +48,12 @@ class MomentRenderer:
 
     def _go_to(self, moment: EpisodeMoment) -> Simulator:
         """Bring the simulator to a moment and return it."""
-        simulator = self._simulator_for(moment.render_settings)
+        settings, simulator = moment.render_settings, self._simulator
+        if simulator is None or self._settings != settings:
+            self.close()
+            assets = AssetDatabase.from_file(settings.asset_database)
+            simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
+            self._simulator, self._settings = simulator, settings
         if self._loaded_house != moment.house_sha256:
             self._moment = self._loaded_house = None
             simulator.load(House.load(moment.house, moment.house_sha256))
@@ -62,14 +67,6 @@ class MomentRenderer:
             simulator.step(action)
         self._moment = moment
         return simulator
-
-    def _simulator_for(self, settings: RenderSettings) -> Simulator:
-        if self._simulator is None or self._settings != settings:
-            self.close()
-            assets = AssetDatabase.from_file(settings.asset_database)
-            self._simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
-            self._settings = settings
-        return self._simulator
 
     def _count_done(self, moment: EpisodeMoment) -> int | None:
         """Return how many of the moment's actions the simulator has carried out; None when a reset is needed."""
