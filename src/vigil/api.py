@@ -32,7 +32,7 @@ from vigil.records.record import EPISODES_FILE, EpisodeRecord
 from vigil.records.record_file import read_records
 from vigil.runner.plan import input_paths, run_spec
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.workers import play as playing
+from vigil.runner.workers import worker
 from vigil.runner.workers.messages import SimulatorFacts
 from vigil.scoring import summary
 from vigil.scoring.outcomes import Outcome, score
@@ -97,7 +97,7 @@ def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: i
     The agent sees only the instruction and the observations. A failure of the agent's program or the simulator ends the
     episode as `error`, with the reason in the record. Such an episode is counted, but never scored.
     """
-    playing.play(episode, env, agent)
+    worker.play(episode, env, agent)
     return env.record(run_id=run_id, epoch=epoch)
 
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from vigil.records.costs import Prices
     from vigil.records.probe_file import ProbeTable
     from vigil.runner.plan import RunPlan
-    from vigil.runner.probes import FinishedProbing
     from vigil.runner.progress import RunProgress
     from vigil.runner.run import RunResult
     from vigil.runner.verify_run import Verification
