@@ -184,7 +184,7 @@ def test_a_secret_seed_speaks_both_halves_unless_told(
         asked.append(settings.forms)
         raise SettingError("seen enough")
 
-    monkeypatch.setattr("vigil.authoring.drafting.generation.generate_drafts", noted)
+    monkeypatch.setattr("vigil.cli.making.pack.generate_drafts", noted)
     vigil("make", "--name", "mine", "--seed", str(2**70), *given, "--out", tmp_path / "mine")
     assert asked == wanted
 
