@@ -121,7 +121,7 @@ def test_an_episode_that_was_killed_and_begun_again_is_counted(pack: Path, tmp_p
     assert (record.end, record.attempt) == ("report", 3)
     scores = score_run(result.episodes, result.records)
     assert scores.repeats == "1 of 1 episodes were started more than once (more than 1 %), one of them 3 times"
-    assert "(more than 1 %)" in scores.repeats
+    assert scores.has_many_repeats
     overall = summarise(scores)["overall"]
     assert (overall["repeated"], overall["most_attempts"]) == (1, 3)
 

@@ -172,6 +172,7 @@ def test_episodes_that_were_begun_again_are_told(attempts: list[int], said: str)
     found = RunScores(verdicts(*attempts))
     assert found.attempts == tuple(attempts)
     assert repeats(attempts) == found.repeats == said
+    assert found.has_many_repeats is ("more than 1 %" in said)
 
 
 def test_an_episode_that_was_lost_counts_among_those_begun_again():

@@ -110,6 +110,11 @@ class RunScores:
         """Return a sentence that says how many episodes were started more than once; empty if there were none."""
         return repeats(self.attempts)
 
+    @property
+    def has_many_repeats(self) -> bool:
+        """Whether more than 1 % of the episodes were started more than once."""
+        return _has_many_repeats(self.attempts)
+
 
 def has_many_errors(errors: int, scored: int) -> bool:
     """Return whether more than 1 % of the attempted episodes ended as an error."""
@@ -124,8 +129,12 @@ def repeats(attempts: Sequence[int]) -> str:
     again = sum(count > 1 for count in attempts)
     if not again:
         return ""
-    share = " (more than 1 %)" if again > MAX_REPEATED_SHARE * len(attempts) else ""
+    share = " (more than 1 %)" if _has_many_repeats(attempts) else ""
     return f"{again} of {len(attempts)} episodes were started more than once{share}, one of them {max(attempts)} times"
+
+
+def _has_many_repeats(attempts: Sequence[int]) -> bool:
+    return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
