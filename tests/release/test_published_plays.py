@@ -30,7 +30,7 @@ PRESENT = {
     "vigil_closure_400_v5": (40, 36, 36),
 }
 """The same for plays of packaged packs."""
-LISTS = {"vigil_chores_200_v5": (19, 18, 16)}
+LISTS = {"vigil_chores_200_v5": (24, 22, 19)}
 """Folder with plays of packaged lists -> number of plays, of W and of B of lists."""
 OLD_LISTS = {
     "vigil_chores_200_v2": (8, 4, 3),
