@@ -123,3 +123,21 @@ def test_things_that_lie_within_what_they_rest_on_do_not_change_the_free_floor()
     x, y, z = chair.position
     chair.position = Vec3(x + 0.1, y, z)
     assert space.plan() is not before
+
+
+def test_a_thing_in_a_gap_of_what_it_rests_on_takes_floor(monkeypatch: pytest.MonkeyPatch) -> None:
+    pack = Pack.load("vigil_smoke_v6")
+    scene = build_scene(pack.house_of(pack.episodes[0]), AssetDatabase.from_file(None))
+    table = next(thing for thing in scene.things.values() if thing.is_receptacle and not thing.is_pickupable)
+    vase = next(thing for thing in scene.things.values() if thing.is_pickupable)
+    vase.parent = table.id
+    middle = floor_of_rooms(scene.rooms).representative_point()
+    gap = shapely.box(middle.x - 0.05, middle.y - 0.5, middle.x + 0.05, middle.y + 0.5)
+    shapes = {table.id: [gap.buffer(0.3).difference(gap)], vase.id: [gap]}
+    monkeypatch.setattr("vigil.scene.floor.thing_shapes", lambda thing: shapes.get(thing.id, []))
+    space = FreeSpace(scene)
+    assert space.bare().intersection(gap).area == 0.0
+    vase.is_present = False
+    assert space.bare().intersection(gap).area > 0.0
+    vase.is_present, table.is_present = True, False
+    assert space.bare().intersection(gap).area == 0.0

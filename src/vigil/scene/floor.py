@@ -271,7 +271,8 @@ class FreeSpace:
             if thing.is_present and not thing.is_held:
                 key = _placement(thing)
                 below = self.scene.things.get(thing.parent or "")
-                if below is None or below.is_held or not self._covers(_placement(below), key):
+                is_on = below is not None and below.is_present and not below.is_held
+                if not (below and is_on and self._covers(_placement(below), key)):
                     found[key] = self._shapes_of(key)
         return found
 
@@ -285,10 +286,13 @@ class FreeSpace:
         return self._things[key]
 
     def _covers(self, below: _Placement, above: _Placement) -> bool:
-        """Return whether a thing's outlines cover those of a thing on it, for each radius. Results are cached."""
+        """Return whether a thing's outlines cover those of a thing on it, also grown by each radius. This is cached."""
         if (below, above) not in self._covered:
-            outer, inner = self._shapes_of(below).grown, self._shapes_of(above).grown
-            self._covered[below, above] = all(outer[radius].covers(inner[radius]) for radius in _RADII)
+            outer, inner = self._shapes_of(below), self._shapes_of(above)
+            is_within = shapely.unary_union(outer.shapes).covers(shapely.unary_union(inner.shapes))
+            self._covered[below, above] = is_within and all(
+                outer.grown[radius].covers(inner.grown[radius]) for radius in _RADII
+            )
         return self._covered[below, above]
 
     def _free(self, radius: float, standing: list["_FloorShapes"]) -> BaseGeometry:

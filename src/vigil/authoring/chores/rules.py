@@ -166,12 +166,16 @@ def faults_of_order(plan: ChorePlan, answers: Sequence[ChoreAnswer]) -> BrokenRu
 
 
 def faults_of_picks(episode: Episode, record: EpisodeRecord) -> BrokenRules:
-    """Yield a fault for each object of which few pixels are in view when the solver picks it up."""
+    """Yield a fault for each object of which few pixels are in view when the solver picks it up.
+
+    Of an object that the list does not concern, no pixels are recorded.
+    """
     goal = episode.goal
     assert isinstance(goal, Chores)
     for before, step in zip(record.worlds, record.steps, strict=False):
-        if isinstance(step.action, InteractPixel) and step.action.intent == "pick" and step.effect is not None:
-            thing_id = step.effect.hit
-            if thing_id is not None and (pixels := before.objects[thing_id].visible_px) < MIN_PICKED_PX:
+        thing_id = None if step.effect is None else step.effect.hit
+        if isinstance(step.action, InteractPixel) and step.action.intent == "pick" and thing_id is not None:
+            pixels = before.objects[thing_id].visible_px if thing_id in before.objects else 0
+            if pixels < MIN_PICKED_PX:
                 of = [f"chore {n}: " for n, chore in enumerate(goal.chores, start=1) if thing_id in chore.ids()]
                 yield "seen_where_picked", f"{''.join(of[:1])}{thing_id!r} is picked up where it shows {pixels} pixels"
