@@ -10,12 +10,14 @@ from vigil.assets.kernel.asset import Asset, Part
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.observation import Quality
-from vigil.rendering.culling import invisible_geoms
+from vigil.rendering.culling import InView, in_view
+from vigil.rendering.geometry import geometry_of
 from vigil.rendering.mirrors import box_of
+from vigil.rendering.structure_parts import StructureParts
 from vigil.rendering.surfaces import Surfaces
 from vigil.rendering.viewer import Mirror, Viewer
-from vigil.scene.portals import Portals
-from vigil.scene.sectors import Sector, Spans
+from vigil.scene.portals import OUTSIDE, Portals
+from vigil.scene.sectors import Sector, Spans, overlap
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.core.sight import Sight
 from vigil.sim.engines.mujoco.compiled import frames
@@ -57,7 +59,7 @@ def rooms(*doors: Hole | None) -> Scene:
 def seen(scene: Scene, x: float, z: float, height: float = EYE_M) -> set[int]:
     """Return which rooms are seen from a place, in any direction; all when nothing is left out."""
     found = Portals(scene).visible_rooms((x, z, height))
-    return set(range(len(scene.rooms))) if found is None else {room for room, _ in found}
+    return set(range(len(scene.rooms))) if found is None else {room for room, _ in found} - {OUTSIDE}
 
 
 def test_rooms_are_seen_through_their_doorways_only() -> None:
@@ -258,8 +260,7 @@ def test_from_above_no_room_is_left_out() -> None:
     for height, shown in ((1.5, {0}), (12.0, {0, 1})):
         eye = middle_of_a + np.array([0.0, 0.0, height])
         viewer = Viewer(eye, np.eye(3), 100.0, 640, 480)  # it looks straight down
-        gone = invisible_geoms(model.render_scene, model.render_state(), viewer)
-        assert set(model.render_scene.structure_rooms[~gone].tolist()) - {-1} == shown
+        assert set(model.render_scene.structure_rooms[drawn(model, viewer)].tolist()) - {-1} == shown
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -279,9 +280,8 @@ def test_nothing_is_left_out_to_which_a_line_leads_through_the_doorways(seed: in
         if all(passes):
             found += 1
             at = Spans.of(eye, point + rng.uniform(-0.2, 0.2, (8, 1, 1)) * way / np.linalg.norm(way))
-            assert any(
-                sector.overlaps(at).all() for other, sector in portals.visible_rooms(tuple(eye)) or [] if other == room
-            )
+            ways = [sector for other, sector in portals.visible_rooms(tuple(eye)) or [] if other == room]
+            assert overlap(ways, at).all(axis=1).any()
     assert found > 5
 
 
@@ -296,15 +296,38 @@ def test_directions_to_one_thing_are_those_to_several() -> None:
             assert (one.start, one.width, one.low, one.high) == pytest.approx(several)
 
 
+AT_THE_WALL = Pose(position=Vec3(2.5, 0.0, 2.0), rotation=90.0)
+
+
+def test_of_the_structure_only_what_is_in_view_is_drawn() -> None:
+    model = build(rooms(None))
+    geometry = geometry_of(model.render_scene)
+    parts = StructureParts(geometry)
+    structure = range(len(model.render_scene.structure_kinds))
+    assert sum(map(len, parts.faces)) == sum(len(geometry.faces[geometry.face_slices[geom]]) for geom in structure)
+    eye, axes = frames.points(np.array([2.5, EYE_M, 2.0])), frames.mujoco_camera_axes(AT_THE_WALL)
+    shown = in_view(model.render_scene, parts, model.render_state(), Viewer(eye, axes, 110.0, 640, 480)).parts
+    assert not parts.touches[shown, 1].any()  # the other room
+    assert (parts.middles + parts.halves.sum(axis=0))[shown, 0].min() > 2.5  # nothing that is all behind the eye
+    kinds = {model.render_scene.structure_kinds[geom] for geom in parts.geoms[shown]}
+    assert kinds == {"wall", "floor", "ceiling", "skirting", "ground"}
+
+
 def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> None:
     scene.things[name] = Thing(name, "Cube", cube(0.4, "plastic/#dd1111"), Vec3(x, height, z), Vec3(0.0, 0.0, 0.0))
+
+
+def drawn(model: CompiledModel, viewer: Viewer) -> np.ndarray:
+    """Return the numbers of the geoms that are drawn."""
+    parts = StructureParts(geometry_of(model.render_scene))
+    return in_view(model.render_scene, parts, model.render_state(), viewer).geoms
 
 
 def left_out(model: CompiledModel, looker: Pose) -> set[str]:
     """Return the things of which nothing is drawn."""
     eye, axes = frames.points(np.array(looker.eye)), frames.mujoco_camera_axes(looker)
-    gone = invisible_geoms(model.render_scene, model.render_state(), Viewer(eye, axes, 80.0, 640, 480))
-    return {name for name, placed in model.things.items() if gone[placed.geoms].all()}
+    shown = drawn(model, Viewer(eye, axes, 80.0, 640, 480))
+    return {name for name, placed in model.things.items() if not np.isin(placed.geoms, shown).any()}
 
 
 def test_of_the_next_room_only_what_is_in_line_with_the_doorway_is_drawn() -> None:
@@ -346,9 +369,9 @@ def drawn_behind(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndar
     names: list[set[str]] = []
     things = {name: placed.geoms for name, placed in build(scene).things.items()}
 
-    def kept(self: Surfaces, viewer: Viewer) -> np.ndarray:
+    def kept(self: Surfaces, viewer: Viewer) -> InView:
         found = original(self, viewer)
-        names.append({name for name, geoms in things.items() if np.isin(geoms, found).any()})
+        names.append({name for name, geoms in things.items() if np.isin(geoms, found.geoms).any()})
         return found
 
     original = Surfaces.shown
@@ -375,13 +398,17 @@ def test_of_a_mirrored_picture_only_what_the_mirror_may_show_is_drawn(monkeypatc
     assert behind == {"mirrored", "in line", "mirror"}
 
 
+def everything(self: Surfaces, viewer: Viewer) -> InView:
+    return InView(np.flatnonzero(self._state.is_visible), np.arange(len(self._parts.faces)))
+
+
 @pytest.mark.usefixtures("drawing")
 @pytest.mark.parametrize("quality", ["default", "fast"])
 def test_frames_with_mirrors_are_the_same_with_all_geoms_drawn(quality: Quality, monkeypatch) -> None:
     scene = mirrored_scene()
     frame = draw(scene, quality)
     assert (frame[..., 0] > 1.8 * frame[..., 1]).sum() > 300  # the mirror shows something red
-    monkeypatch.setattr(Surfaces, "shown", lambda self, _: np.flatnonzero(self._state.is_visible))
+    monkeypatch.setattr(Surfaces, "shown", everything)
     assert np.array_equal(draw(scene, quality), frame)
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vigil.rendering.context import context_in, moderngl, program
+from vigil.rendering.culling import InView
 from vigil.rendering.light.lighting import Lighting
 from vigil.rendering.mirrors import MirrorTargets
 from vigil.rendering.scene import PointLight, RenderScene, RenderState
@@ -46,14 +47,14 @@ class Painter:
         if held is not None:
             self._surfaces.hold(viewer, held)
         shown = self._surfaces.shown(viewer)
-        mirrors = self._surfaces.mirrors(viewer, shown)
-        shown = np.setdiff1d(shown, [mirror.geom for mirror in mirrors])
+        mirrors = self._surfaces.mirrors(viewer, shown.geoms)
+        shown = shown.without([mirror.geom for mirror in mirrors])
         behind = [viewer.behind(mirror) for mirror in mirrors]
         mirrored = [
-            (camera, np.setdiff1d(self._surfaces.shown(camera), [mirror.geom]))
+            (camera, self._surfaces.shown(camera).without([mirror.geom]))
             for camera, mirror in zip(behind, mirrors, strict=True)
         ]
-        self._surfaces.light(np.unique(np.concatenate([shown, *(sight for _, sight in mirrored)])))
+        self._surfaces.light(np.unique(np.concatenate([shown.geoms, *(sight.geoms for _, sight in mirrored)])))
         targets = self._target(MirrorTargets, viewer, self._samples) if mirrors else None
         if targets is not None:
             self._reflect(mirrored, targets, lamp, point_lights)
@@ -97,7 +98,7 @@ class Painter:
 
     def _reflect(
         self,
-        mirrored: list[tuple[Viewer, np.ndarray]],
+        mirrored: list[tuple[Viewer, InView]],
         targets: MirrorTargets,
         lamp: np.ndarray,
         point_lights: list[PointLight],

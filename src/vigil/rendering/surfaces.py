@@ -9,10 +9,11 @@ import numpy as np
 from PIL import Image
 
 from vigil.rendering.context import context_in, moderngl, program
-from vigil.rendering.culling import invisible_geoms
+from vigil.rendering.culling import InView, in_view
 from vigil.rendering.light.lighting import Lighting
 from vigil.rendering.mirrors import mirrors_before
 from vigil.rendering.scene import PointLight, RenderScene, RenderState
+from vigil.rendering.structure_parts import StructureParts
 from vigil.rendering.viewer import HeldGeoms, Mirror, Viewer
 
 GLOSSY = 0.35
@@ -116,6 +117,8 @@ class Surfaces:
         self._lighting, self._geometry = lighting, lighting.geometry
         self._scene = self._geometry.scene
         self._state = self._scene.initial
+        self._parts = self._scene.cache.get("structure") or StructureParts(self._geometry)
+        self._scene.cache["structure"] = self._parts
         self._looks = _looks(self._scene)
         self._is_holding = False
         self._arrays: dict[tuple[SurfaceKind | str, int], Any] = {}
@@ -151,9 +154,9 @@ class Surfaces:
         self._table.write(table.tobytes())
         self._table.use(0)
 
-    def shown(self, viewer: Viewer) -> np.ndarray:
-        """Return the numbers of the geoms that may be in view."""
-        return np.flatnonzero(self._state.is_visible & ~invisible_geoms(self._scene, self._state, viewer))
+    def shown(self, viewer: Viewer) -> InView:
+        """Return what may be in view."""
+        return in_view(self._scene, self._parts, self._state, viewer)
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
         """Return the mirrors among the shown geoms that the viewer sees from the front."""
@@ -165,7 +168,7 @@ class Surfaces:
         made = self._array("mirror.frag").program
         made["mirrored"].value, made["size"].value = 3, (viewer.width, viewer.height)
         picture.use(3)
-        self._draw_plain("mirror.frag", np.array([mirror.geom]), viewer)
+        self._draw_plain("mirror.frag", InView(np.array([mirror.geom]), np.array([], int)), viewer)
 
     def light(self, shown: np.ndarray) -> None:
         """Compute the light on shown geoms and write it to OpenGL, before they are drawn."""
@@ -174,12 +177,10 @@ class Surfaces:
             self._planes.write(self._lighting.planes.tobytes())
         self._write_light(changed)
 
-    def draw(
-        self, viewer: Viewer, shown: np.ndarray, lamp: np.ndarray, point_lights: list[PointLight]
-    ) -> Iterator[bool]:
+    def draw(self, viewer: Viewer, shown: InView, lamp: np.ndarray, point_lights: list[PointLight]) -> Iterator[bool]:
         """Draw the opaque geoms, yield so that the caller can draw the background, then draw the transparent geoms."""
-        groups = self._groups(viewer, shown)
-        starts = self._write_corners(list(groups.values()))
+        groups = self._groups(viewer, shown.geoms)
+        starts = self._write_corners(list(groups.values()), shown.parts)
         textures.texture(self._context).use(1)
         self._planes.use(2)
         for kind, (start, count) in zip(groups, starts, strict=True):
@@ -200,9 +201,9 @@ class Surfaces:
         """Draw the number of the geom at each pixel."""
         self._draw_plain("identity.frag", self.shown(viewer), viewer)
 
-    def _draw_plain(self, fragment: str, geoms: np.ndarray, viewer: Viewer) -> None:
+    def _draw_plain(self, fragment: str, shown: InView, viewer: Viewer) -> None:
         """Draw geoms with a fragment shader that needs only positions."""
-        ((start, count),) = self._write_corners([geoms])
+        ((start, count),) = self._write_corners([shown.geoms], shown.parts)
         array = self._array(fragment)
         array.program["view_projection"].write(_matrix(viewer))
         array.program["geoms"].value = 0
@@ -245,13 +246,18 @@ class Surfaces:
         groups[None] = order[is_clear[order]][::-1]
         return groups
 
-    def _write_corners(self, groups: list[np.ndarray]) -> list[tuple[int, int]]:
-        """Write the corners of the geoms of each group; return (start, length) of each group."""
+    def _write_corners(self, groups: list[np.ndarray], parts: np.ndarray) -> list[tuple[int, int]]:
+        """Write the corners of each group of geoms, of the structure only `parts`; return (start, length) of each."""
         slices, faces = self._geometry.face_slices, self._geometry.faces
-        parts = [[faces[slices[geom]] for geom in group] for group in groups]
-        counts = [3 * sum(len(each) for each in part) for part in parts]
+        structure: dict[int, list[np.ndarray]] = {geom: [] for geom in range(len(self._scene.structure_kinds))}
+        for part in parts.tolist():
+            structure[int(self._parts.geoms[part])].append(self._parts.faces[part])
+        chosen = [
+            [each for geom in group.tolist() for each in structure.get(geom, [faces[slices[geom]]])] for group in groups
+        ]
+        counts = [3 * sum(map(len, each)) for each in chosen]
         if any(counts):
-            self._corners.write(np.concatenate([each for part in parts for each in part]).tobytes())
+            self._corners.write(np.concatenate([each for group in chosen for each in group]).tobytes())
         return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
 
     def _array(self, kind: SurfaceKind | str, point_lights: int = 0) -> Any:

@@ -116,8 +116,8 @@ class Portals:
     def visible_rooms(
         self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
-        """Return (room, directions) for each room that may be visible from an eye; a room is listed once for each way
-        to it.
+        """Return (room, directions) for each room that may be visible from an eye, and for `OUTSIDE`; a room is listed
+        once for each way to it.
 
         Return None if everything may be visible, because the eye is outside all rooms or above the lowest ceiling.
         `entries` and `through` describe a view in a mirror, whose eye is behind the mirror: the lines of sight enter
@@ -146,7 +146,8 @@ class Portals:
             (room, sector)
             for space in sorted(spaces)
             for reached, sector in _visible_spaces(space, through, holes, frozenset())
-            for room in np.flatnonzero(self._spaces[:-1] == reached).tolist()
+            for room, its_space in zip([*range(len(self._rooms)), OUTSIDE], self._spaces.tolist(), strict=True)
+            if its_space == reached
         ]
 
     def extent(self, low: Place, high: Place) -> Extent:

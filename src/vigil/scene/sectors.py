@@ -4,7 +4,7 @@ Places are (x, z, height) in metres.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,19 +29,23 @@ class Spans:
     @staticmethod
     def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
         """Return the directions from an eye (3,) to n things, given k corners of each thing's hull (k, n, 3)."""
-        x, y, z = np.moveaxis(corners - eye, -1, 0)
-        angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
-        turns = (np.arctan2(y, x) - angle + np.pi) % FULL - np.pi
+        x, y, z = np.ascontiguousarray(np.moveaxis(corners - eye, -1, 0))
+        middle_x, middle_y = x.mean(axis=0), y.mean(axis=0)
+        away = np.hypot(middle_x, middle_y)
+        with np.errstate(invalid="ignore"):
+            along_x, along_y = np.where(away > 0.0, (middle_x, middle_y) / away, [[1.0], [0.0]])
+        ahead, aside = x * along_x + y * along_y, y * along_x - x * along_y
+        turns = np.arctan2(aside, ahead)
         first, last = turns.min(axis=0), turns.max(axis=0)
         is_around = last - first >= np.pi
-        nearest = np.maximum((x * np.cos(angle) + y * np.sin(angle)).min(axis=0), 0.0)
+        nearest = np.maximum(ahead.min(axis=0), 0.0)
         nearest[is_around] = 0.0
         farthest = np.hypot(x, y).max(axis=0)
         lowest, highest = z.min(axis=0), z.max(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             low = np.where(lowest < 0.0, lowest / nearest, lowest / farthest)
             high = np.where(highest > 0.0, highest / nearest, highest / farthest)
-        return Spans(angle + first, np.where(is_around, FULL, last - first), low, high)
+        return Spans(np.arctan2(along_y, along_x) + first, np.where(is_around, FULL, last - first), low, high)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,15 +94,17 @@ class Sector:
         start, end = max(first, 0.0), min(first + other.width, self.width)
         return Sector(self.start + start, end - start, low, high) if start <= end else None
 
-    def overlaps(self, spans: Spans) -> np.ndarray:
-        """Return a mask (n,) of the things that have any direction in common with this sector."""
-        first = (spans.start - self.start + np.pi) % FULL - np.pi
-        is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= FULL)
-        return (is_across | (self.width >= FULL)) & (spans.low <= self.high) & (spans.high >= self.low)
-
 
 ALL = Sector(0.0, FULL)
 """All directions."""
+
+
+def overlap(sectors: Sequence[Sector], spans: Spans) -> np.ndarray:
+    """Return a mask (sectors, n) of the things that have any direction in common with each sector."""
+    start, width, low, high = np.array([(each.start, each.width, each.low, each.high) for each in sectors]).T[..., None]
+    first = (spans.start - start + np.pi) % FULL - np.pi
+    is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, width)) | (spans.width >= FULL)
+    return np.asarray((is_across | (width >= FULL)) & (spans.low <= high) & (spans.high >= low))
 
 
 def _slope(rise: float, away: float) -> float:

@@ -42,10 +42,8 @@ class BakedLight:
         self._is_cast = np.zeros(len(scene.geom_meshes), dtype=bool)
         self.vertices = np.zeros((len(self.geometry.vertices), 3 + len(self._lamps)), np.float16)
         """Light (vertices, 3 + lamps): the light from all around, and the share of each lamp's light."""
-        self.planes = np.zeros((self.lightmap_atlas.is_used.size, 3 + len(self._lamps)), np.float16)
-        """Light (texels, 3 + lamps) on the planes of the atlas, in the form of `vertices`."""
-        self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
-        """Whether (texels,) each texel of the planes is open, i.e. not buried in another object."""
+        self.planes = np.zeros((*self.lightmap_atlas.is_used.shape, 3 + len(self._lamps)), np.float16)
+        """Light (height, width, 3 + lamps) on the planes of the atlas, in the form of `vertices`."""
 
     def ensure(self, state: RenderState, geoms: np.ndarray) -> None:
         """Compute the light on geoms in their initial poses, unless this has been done."""
@@ -103,7 +101,13 @@ class BakedLight:
         )
         samples = Samples(self._samples.points[chosen], self._samples.normals[chosen])
         light, is_buried = self._cast(samples, self.occluders)
-        self.planes[chosen], self.is_open[chosen] = shaded(light, samples, self._lamps), ~is_buried
+        light, is_open = shaded(light, samples, self._lamps), ~is_buried
+        start = 0
+        for top, left, tall, wide in boxes:
+            part, shape = slice(start, start + tall * wide), (tall, wide)
+            start = part.stop
+            averaged = lightmap_atlas.averaged_texels(light[part].reshape(*shape, -1), is_open[part].reshape(shape))
+            self.planes[top : top + tall, left : left + wide] = averaged
 
     def _cast(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray]:
         """Return the light (n, 3 + lamps) at samples, ignoring their normals, and a mask (n,) of the buried samples."""
@@ -211,12 +215,9 @@ class Lighting:
         self.vertices[self.geometry.vertex_slices[geom], :3] = encoded(light)[:, None]
 
     def _mix_planes(self, geoms: np.ndarray) -> None:
-        width = self._baked.lightmap_atlas.is_used.shape[1]
         for top, left, tall, wide in self._baked.boxes_of(geoms):
-            numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
-            light = mixed(self._baked.planes[numbers], self._lamp_colours).reshape(tall, wide, 3)
-            smooth = lightmap_atlas.averaged_texels(light, self._baked.is_open[numbers].reshape(tall, wide))
-            self.planes[top : top + tall, left : left + wide, :3] = encoded(smooth)
+            rows, columns = slice(top, top + tall), slice(left, left + wide)
+            self.planes[rows, columns, :3] = encoded(mixed(self._baked.planes[rows, columns], self._lamp_colours))
 
 
 def shaded(light: np.ndarray, samples: Samples, lamps: list[np.ndarray]) -> np.ndarray:
@@ -226,9 +227,9 @@ def shaded(light: np.ndarray, samples: Samples, lamps: list[np.ndarray]) -> np.n
 
 
 def mixed(light: np.ndarray, lamp_colours: np.ndarray) -> np.ndarray:
-    """Return the colour (n, 3) of light (n, 3 + lamps) if the lamps have the colours `lamp_colours` (lamps, 3)."""
+    """Return the colour (..., 3) of light (..., 3 + lamps) if the lamps have the colours `lamp_colours` (lamps, 3)."""
     exact = light.astype(np.float32)
-    return exact[:, :3] + exact[:, 3:] @ lamp_colours
+    return exact[..., :3] + exact[..., 3:] @ lamp_colours
 
 
 def encoded(light: np.ndarray) -> np.ndarray:

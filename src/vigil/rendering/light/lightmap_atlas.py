@@ -92,7 +92,7 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
 
 
 def averaged_texels(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
-    """Return a plane's light (height, width, 3), averaged over neighbouring texels in the mask `is_known`."""
+    """Return a plane's light (height, width, k), averaged over neighbouring texels in the mask `is_known`."""
     sums = _blurred(np.where(is_known[..., None], light, 0.0))
     known = _blurred(is_known[..., None].astype(np.float32))
     return np.where(known > 0.0, sums / np.maximum(known, 1e-6), light)

@@ -13,7 +13,7 @@ from vigil.protocol.actions import InteractPixel, Navigate
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.world import Setup, WorldState
 from vigil.rendering import surfaces
-from vigil.rendering.culling import invisible_geoms
+from vigil.rendering.culling import InView, in_view
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
@@ -202,14 +202,17 @@ def test_frames_are_the_same_with_all_geoms_drawn(monkeypatch) -> None:
     simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality="fast")
     left_out: list[float] = []
 
-    def counted(scene, state, viewer):
-        gone = invisible_geoms(scene, state, viewer)
-        left_out.append(float(gone.mean()))
-        assert state.is_visible[gone].any()
-        return gone
+    def counted(scene, parts, state, viewer):
+        shown = in_view(scene, parts, state, viewer)
+        left_out.append(1.0 - len(shown.geoms) / len(scene.geom_meshes))
+        assert len(shown.parts) < len(parts.faces)
+        return shown
 
-    monkeypatch.setattr(surfaces, "invisible_geoms", counted)
+    def everything(scene, parts, state, viewer):
+        return InView(np.flatnonzero(state.is_visible), np.arange(len(parts.faces)))
+
+    monkeypatch.setattr(surfaces, "in_view", counted)
     _, frames = _play(simulator, drawn=True)
-    monkeypatch.setattr(surfaces, "invisible_geoms", lambda scene, *_: np.zeros(len(scene.geom_meshes), dtype=bool))
+    monkeypatch.setattr(surfaces, "in_view", everything)
     assert _play(simulator, drawn=True)[1] == frames
     assert np.mean(left_out) > 0.2
