@@ -17,8 +17,11 @@ _FLAT = 0.99
 
 def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
     """Return the mirrors among the geoms whose face the viewer sees, nearest first, at most `MAX_MIRRORS`."""
-    shiny = (geom for geom in geoms.tolist() if geometry.scene.materials[state.materials[geom]].is_mirror)
-    found = (_mirror(geometry, state, geom, viewer) for geom in shiny)
+    is_mirror = np.array([material.is_mirror for material in geometry.scene.materials])
+    shiny = geoms[is_mirror[state.materials[geoms]]]
+    away = ((state.positions[shiny] - viewer.eye) ** 2).sum(axis=1)
+    nearest_first = shiny[np.argsort(away, kind="stable")].tolist()
+    found = (_mirror(geometry, state, geom, viewer) for geom in nearest_first)
     return list(itertools.islice(filter(None, found), MAX_MIRRORS))
 
 

@@ -67,7 +67,7 @@ class Painter:
             if not self._has_ssao:
                 self._sky.draw(viewer)
         if not self._has_ssao:
-            return _read(canvas.drawn, viewer)
+            return _read(canvas.drawn, viewer)[::-1].copy()
         ssao = self._target(AmbientOcclusion, viewer, self._backend)
         self._sky.show(ssao.combine, viewer)
         ssao.apply(canvas, viewer, lamp)
@@ -161,5 +161,7 @@ class _Sky:
 
 
 def _read(target: Any, viewer: Viewer) -> np.ndarray:
-    flat = np.frombuffer(target.read(components=3, alignment=1), np.uint8)
-    return flat.reshape(viewer.height, viewer.width, 3)[::-1].copy()
+    """Return the colours (height, width, 3) uint8 of a framebuffer, lowest row first."""
+    picture = np.empty((viewer.height, viewer.width, 3), np.uint8)
+    target.read_into(picture, components=3, alignment=1)
+    return picture

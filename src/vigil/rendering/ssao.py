@@ -40,22 +40,24 @@ class AmbientOcclusion:
         names = "distance", "nearness", "smooth", "combine"
         *self._programs, self.combine = [program(backend, "screen.vert", f"{name}.frag") for name in names]
         self._screens = [context.vertex_array(each, []) for each in (*self._programs, self.combine)]
+        distance, nearness, smooth = self._programs
+        distance["depth"].value, distance["planes"].value = 4, (NEAR_M, FAR_M)
+        nearness["distances"].value = smooth["nearness"].value = self.combine["nearness"].value = 6
+        self.combine["picture"].value = 5
 
     def apply(self, canvas: Canvas, viewer: Viewer, lamp: np.ndarray) -> None:
-        """Write the darkened picture of a canvas to `shaded`; `lamp` (3,) is where the lamp of the viewed room is.
+        """Write the darkened picture of a canvas to `shaded`, upside down.
 
-        The uniforms of `combine` that show the sky must have been set.
+        `lamp` (3,) is where the lamp of the viewed room is. The uniforms of `combine` that show the sky must have been
+        set.
         """
         self._context.enable_only(moderngl.NOTHING)
-        distance, nearness, smooth, combine = *self._programs, self.combine
+        _, nearness, _ = self._programs
         canvas.depth.use(4)
         canvas.colours.use(5)
-        distance["depth"].value, distance["planes"].value = 4, (NEAR_M, FAR_M)
-        nearness["distances"].value, nearness["slopes"].value = 6, viewer.slopes
+        nearness["slopes"].value = viewer.slopes
         ahead = viewer.axes * np.array([1.0, 1.0, -1.0])
         nearness["upward"].value, nearness["lamp"].value = tuple(ahead[2]), tuple((lamp - viewer.eye) @ ahead)
-        smooth["nearness"].value = combine["nearness"].value = 6
-        combine["picture"].value = 5
         for screen, target, read in zip(
             self._screens, [*self._targets, self.shaded], (None, *self._halves), strict=True
         ):

@@ -160,8 +160,7 @@ class Surfaces:
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
         """Return the mirrors among the shown geoms that the viewer sees from the front."""
-        away = ((self._state.positions[shown] - viewer.eye) ** 2).sum(axis=1)
-        return mirrors_before(self._geometry, self._state, shown[np.argsort(away, kind="stable")], viewer)
+        return mirrors_before(self._geometry, self._state, shown, viewer)
 
     def draw_mirrored(self, mirror: Mirror, picture: Any, viewer: Viewer) -> None:
         """Draw a mirror with the picture that it reflects."""
@@ -181,6 +180,7 @@ class Surfaces:
         """Draw the opaque geoms, yield so that the caller can draw the background, then draw the transparent geoms."""
         groups = self._groups(viewer, shown.geoms)
         starts = self._write_corners(list(groups.values()), shown.parts)
+        uniforms = _uniforms(viewer, lamp, point_lights)
         textures.texture(self._context).use(1)
         self._planes.use(2)
         for kind, (start, count) in zip(groups, starts, strict=True):
@@ -193,7 +193,10 @@ class Surfaces:
                 self._context.blend_func = _BLENDING
                 self._context.fbo.depth_mask = False
             array = self._array(kind or _CLEAR, len(point_lights))
-            _set(array.program, viewer, lamp, point_lights)
+            for name, value in uniforms.items():
+                uniform = array.program.get(name, None)  # programs without gloss lack some; `in` would look through all
+                if uniform is not None:
+                    uniform.write(value)
             array.render(vertices=count, first=start)
         self._context.fbo.depth_mask = True
 
@@ -281,21 +284,18 @@ class Surfaces:
         return self._arrays[kind, point_lights]
 
 
-def _set(made: Any, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight]) -> None:
-    made["view_projection"].write(_matrix(viewer))
-    made["clip"].write(_floats(_NO_CLIP if viewer.clip is None else viewer.clip))
-    values = {"eye": viewer.eye, "lamp": lamp}
+def _uniforms(viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight]) -> dict[str, bytes]:
+    """Return the values of the uniforms of a surface's shader program, by name."""
+    values = {
+        "view_projection": viewer.matrix.T,
+        "clip": _NO_CLIP if viewer.clip is None else viewer.clip,
+        "eye": viewer.eye,
+        "lamp": lamp,
+    }
     if point_lights:
         values["light_places"] = np.array([light.place for light in point_lights])
         values["light_colours"] = np.array([light.colour for light in point_lights])
-    for name, value in values.items():
-        uniform = made.get(name, None)  # `in` would look through all names
-        if uniform is not None:
-            uniform.write(_floats(value))
-
-
-def _floats(values: Any) -> bytes:
-    return np.asarray(values, np.float32).tobytes()
+    return {name: np.asarray(value, np.float32).tobytes() for name, value in values.items()}
 
 
 def _matrix(viewer: Viewer) -> bytes:
