@@ -13,7 +13,7 @@ from vigil.rendering.scene import RenderScene, RenderState
 from vigil.rendering.structure_parts import MARGIN_M, StructureParts
 from vigil.rendering.viewer import Viewer
 from vigil.scene.portals import IN_ROOM_M, Place, Portals
-from vigil.scene.sectors import Sector, Spans, overlap
+from vigil.scene.sectors import ALL, Sector, Spans, overlap
 
 _SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
@@ -58,7 +58,8 @@ def in_view(scene: RenderScene, parts: StructureParts, state: RenderState, viewe
     is_near[: len(scene.structure_kinds)] = False  # their parts decide
     sectors = _sectors(scene.portals, viewer)
     if sectors is not None:
-        left = np.flatnonzero(is_near)
+        whole = [room for room, sector in sectors if sector == ALL]
+        left = np.flatnonzero(is_near & ~placed.touches[:, whole].any(axis=1))
         spans = Spans.of(viewer.eye, placed.corners[:, left])
         is_near[left] = _is_in_sectors(placed.touches[left], sectors, spans)
     shown = np.flatnonzero(is_near[geoms:])

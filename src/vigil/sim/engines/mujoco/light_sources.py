@@ -17,7 +17,7 @@ from vigil.sim.engines.mujoco import rays
 from vigil.sim.engines.mujoco.compiled.lights import point_light_of
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
-MOST_RAYS = 64
+MOST_RAYS = 32
 """Greatest number of pixels that are tested to find whether an object is visible."""
 REACH = 1.5
 """A thing and its opened parts are within this multiple of the diagonal of its size, measured from its middle."""
