@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.cabinet_scene import block, cube
+from tests.support.drawing_everything import draw_everything
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.house import MaterialRef
@@ -15,6 +16,7 @@ from vigil.rendering.geometry import geometry_of
 from vigil.rendering.mirrors import box_of
 from vigil.rendering.structure_parts import StructureParts
 from vigil.rendering.surfaces import Surfaces
+from vigil.rendering.triangles import Triangles
 from vigil.rendering.viewer import Mirror, Viewer
 from vigil.scene.portals import OUTSIDE, Portals
 from vigil.scene.sectors import Sector, Spans, overlap
@@ -306,7 +308,13 @@ def test_of_the_structure_only_what_is_in_view_is_drawn() -> None:
     structure = range(len(model.render_scene.structure_kinds))
     assert sum(map(len, parts.faces)) == sum(len(geometry.faces[geometry.face_slices[geom]]) for geom in structure)
     eye, axes = frames.points(np.array([2.5, EYE_M, 2.0])), frames.mujoco_camera_axes(AT_THE_WALL)
-    shown = in_view(model.render_scene, parts, model.render_state(), Viewer(eye, axes, 110.0, 640, 480)).parts
+    found = in_view(Triangles(geometry, parts), model.render_state(), Viewer(eye, axes, 110.0, 640, 480))
+    drawn = {tuple(face) for group in found.groups() for face in group.tolist()}
+    shown = [
+        part
+        for part, numbers in enumerate(parts.faces)
+        if not drawn.isdisjoint(map(tuple, geometry.faces[numbers].tolist()))
+    ]
     assert not parts.touches[shown, 1].any()  # the other room
     assert (parts.middles + parts.halves.sum(axis=0))[shown, 0].min() > 2.5  # nothing that is all behind the eye
     kinds = {model.render_scene.structure_kinds[geom] for geom in parts.geoms[shown]}
@@ -319,8 +327,8 @@ def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> Non
 
 def drawn(model: CompiledModel, viewer: Viewer) -> np.ndarray:
     """Return the numbers of the geoms that are drawn."""
-    parts = StructureParts(geometry_of(model.render_scene))
-    return in_view(model.render_scene, parts, model.render_state(), viewer).geoms
+    geometry = geometry_of(model.render_scene)
+    return in_view(Triangles(geometry, StructureParts(geometry)), model.render_state(), viewer).geoms
 
 
 def left_out(model: CompiledModel, looker: Pose) -> set[str]:
@@ -398,17 +406,13 @@ def test_of_a_mirrored_picture_only_what_the_mirror_may_show_is_drawn(monkeypatc
     assert behind == {"mirrored", "in line", "mirror"}
 
 
-def everything(self: Surfaces, viewer: Viewer) -> InView:
-    return InView(np.flatnonzero(self._state.is_visible), np.arange(len(self._parts.faces)))
-
-
 @pytest.mark.usefixtures("drawing")
 @pytest.mark.parametrize("quality", ["default", "fast"])
 def test_frames_with_mirrors_are_the_same_with_all_geoms_drawn(quality: Quality, monkeypatch) -> None:
     scene = mirrored_scene()
     frame = draw(scene, quality)
     assert (frame[..., 0] > 1.8 * frame[..., 1]).sum() > 300  # the mirror shows something red
-    monkeypatch.setattr(Surfaces, "shown", everything)
+    draw_everything(monkeypatch)
     assert np.array_equal(draw(scene, quality), frame)
 
 

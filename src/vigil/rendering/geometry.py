@@ -12,7 +12,7 @@ from vigil.rendering.scene import RenderScene, RenderState
 ATLAS_KINDS = ("wall", "floor", "ceiling")
 """Kinds of structure whose light is stored in the lightmap atlas; other geoms store their light at their vertices."""
 HAND_BOXES = 4
-BOARD_EDGE_M = 0.12
+BOARD_EDGE_M = 0.16
 """Longest edge (m) of a skirting board's triangles. A short board that had vertices only at its two ends would be dark,
 because its ends are in corners."""
 _LONGEST_EDGES_M = {**dict.fromkeys((*ATLAS_KINDS, "ground"), np.inf), "skirting": BOARD_EDGE_M}

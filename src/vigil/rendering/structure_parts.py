@@ -24,20 +24,21 @@ class StructureParts:
     def __init__(self, geometry: Geometry) -> None:
         scene = geometry.scene
         self.faces: list[np.ndarray] = []
-        """Triangles (k, 3) int32 of each part, as numbers of vertices."""
+        """Numbers (k,) int32 of each part's triangles."""
         geoms, rooms, boxes = [], [], []
         for geom in range(len(scene.structure_kinds)):
             first = geometry.vertex_slices[geom].start
-            points, faces = geometry.world(scene.initial, geom)[0], geometry.faces[geometry.face_slices[geom]]
-            middles = points[faces - first].mean(axis=1)
+            numbers = np.arange(len(geometry.faces), dtype=np.int32)[geometry.face_slices[geom]]
+            corners = geometry.world(scene.initial, geom)[0][geometry.faces[numbers] - first]
+            middles = corners.mean(axis=1)
             keys = np.column_stack([_rooms_of(scene, geom, middles), np.floor(middles[:, :2] / PART_M)]).astype(int)
             for key in np.unique(keys, axis=0):
-                own = faces[(keys == key).all(axis=1)]
-                corners = points[own - first].reshape(-1, 3)
-                self.faces.append(own)
+                is_own = (keys == key).all(axis=1)
+                points = corners[is_own].reshape(-1, 3)
+                self.faces.append(numbers[is_own])
                 geoms.append(geom)
                 rooms.append(key[0])
-                boxes.append((corners.min(axis=0), corners.max(axis=0)))
+                boxes.append((points.min(axis=0), points.max(axis=0)))
         self.geoms = np.array(geoms, dtype=int)
         """Geom (parts,) of each part."""
         low, high = np.array(boxes, np.float64).reshape(-1, 2, 3).swapaxes(0, 1)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,10 +13,9 @@ from vigil.rendering.light.lighting import Lighting
 from vigil.rendering.mirrors import mirrors_before
 from vigil.rendering.scene import PointLight, RenderScene, RenderState
 from vigil.rendering.structure_parts import StructureParts
+from vigil.rendering.triangles import GROUPS, KINDS, SurfaceKind, Triangles
 from vigil.rendering.viewer import HeldGeoms, Mirror, Viewer
 
-GLOSSY = 0.35
-"""Surfaces with at least this gloss reflect their surroundings."""
 OWN_LIGHT = 0.9
 """Factor by which the emission of a material that gives light, such as a screen, is multiplied."""
 GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1.0]] * 2, np.float32)
@@ -92,23 +90,6 @@ textures = TextureArray()
 """The textures of all scenes of this process."""
 
 
-@dataclass(frozen=True, slots=True)
-class SurfaceKind:
-    """A kind of surface; all surfaces of one kind are drawn by the same shader program."""
-
-    is_in_atlas: bool
-    is_glossy: bool
-
-    def definitions(self, point_lights: int) -> tuple[str, ...]:
-        """Return the preprocessor definitions of the shader program for this number of point lights."""
-        names = ["IN_ATLAS"] * self.is_in_atlas + ["GLOSSY"] * self.is_glossy
-        return (*names, f"POINT_LIGHTS {point_lights}")
-
-
-KINDS = tuple(SurfaceKind(is_in_atlas, is_glossy) for is_in_atlas in (False, True) for is_glossy in (False, True))
-_CLEAR = SurfaceKind(is_in_atlas=False, is_glossy=True)
-
-
 class Surfaces:
     """The surfaces of one scene."""
 
@@ -117,8 +98,9 @@ class Surfaces:
         self._lighting, self._geometry = lighting, lighting.geometry
         self._scene = self._geometry.scene
         self._state = self._scene.initial
-        self._parts = self._scene.cache.get("structure") or StructureParts(self._geometry)
-        self._scene.cache["structure"] = self._parts
+        if "triangles" not in self._scene.cache:
+            self._scene.cache["triangles"] = Triangles(self._geometry, StructureParts(self._geometry))
+        self._triangles: Triangles = self._scene.cache["triangles"]
         self._looks = _looks(self._scene)
         self._is_holding = False
         self._arrays: dict[tuple[SurfaceKind | str, int], Any] = {}
@@ -156,7 +138,7 @@ class Surfaces:
 
     def shown(self, viewer: Viewer) -> InView:
         """Return what may be in view."""
-        return in_view(self._scene, self._parts, self._state, viewer)
+        return in_view(self._triangles, self._state, viewer)
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
         """Return the mirrors among the shown geoms that the viewer sees from the front."""
@@ -167,7 +149,7 @@ class Surfaces:
         made = self._array("mirror.frag").program
         made["mirrored"].value, made["size"].value = 3, (viewer.width, viewer.height)
         picture.use(3)
-        self._draw_plain("mirror.frag", InView(np.array([mirror.geom]), np.array([], int)), viewer)
+        self._draw_plain("mirror.frag", [self._triangles.faces_of(np.array([mirror.geom]))], viewer)
 
     def light(self, shown: np.ndarray) -> None:
         """Compute the light on shown geoms and write it to OpenGL, before they are drawn."""
@@ -178,21 +160,21 @@ class Surfaces:
 
     def draw(self, viewer: Viewer, shown: InView, lamp: np.ndarray, point_lights: list[PointLight]) -> Iterator[bool]:
         """Draw the opaque geoms, yield so that the caller can draw the background, then draw the transparent geoms."""
-        groups = self._groups(viewer, shown.geoms)
-        starts = self._write_corners(list(groups.values()), shown.parts)
+        starts = self._write_corners(self._groups(viewer, shown))
         uniforms = _uniforms(viewer, lamp, point_lights)
         textures.texture(self._context).use(1)
         self._planes.use(2)
-        for kind, (start, count) in zip(groups, starts, strict=True):
-            if kind is None:
+        for number, (kind, (start, count)) in enumerate(zip(GROUPS, starts, strict=True)):
+            is_transparent = number == len(KINDS)
+            if is_transparent:
                 yield True
             if not count:
                 continue
-            if kind is None:
+            if is_transparent:
                 self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
                 self._context.blend_func = _BLENDING
                 self._context.fbo.depth_mask = False
-            array = self._array(kind or _CLEAR, len(point_lights))
+            array = self._array(kind, len(point_lights))
             for name, value in uniforms.items():
                 uniform = array.program.get(name, None)  # programs without gloss lack some; `in` would look through all
                 if uniform is not None:
@@ -202,15 +184,15 @@ class Surfaces:
 
     def draw_owners(self, viewer: Viewer) -> None:
         """Draw the number of the geom at each pixel."""
-        self._draw_plain("identity.frag", self.shown(viewer), viewer)
+        self._draw_plain("identity.frag", self._groups(viewer, self.shown(viewer)), viewer)
 
-    def _draw_plain(self, fragment: str, shown: InView, viewer: Viewer) -> None:
-        """Draw geoms with a fragment shader that needs only positions."""
-        ((start, count),) = self._write_corners([shown.geoms], shown.parts)
+    def _draw_plain(self, fragment: str, groups: list[np.ndarray], viewer: Viewer) -> None:
+        """Draw groups of triangles with a fragment shader that needs only positions."""
+        starts = self._write_corners(groups)
         array = self._array(fragment)
         array.program["view_projection"].write(_matrix(viewer))
         array.program["geoms"].value = 0
-        array.render(vertices=count, first=start)
+        array.render(vertices=sum(count for _, count in starts))
 
     def release(self) -> None:
         """Free the OpenGL objects."""
@@ -231,36 +213,21 @@ class Surfaces:
         for part in changed:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
 
-    def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[SurfaceKind | None, np.ndarray]:
-        """Return kind -> its opaque geoms, nearest first. The key None has the transparent geoms, farthest first."""
-        looks = self._looks[self._state.materials]
-        is_shown = np.zeros(len(looks), dtype=bool)
-        is_shown[shown] = True
-        is_clear = is_shown & (looks[:, 0, 3] < 1.0)
-        is_glossy = (looks[:, 1, 2] >= GLOSSY) | (looks[:, 1, 1] > 0.0)
-        away = ((self._state.positions - viewer.eye) ** 2).sum(axis=1)
-        order = np.argsort(away, kind="stable")
-        groups: dict[SurfaceKind | None, np.ndarray] = {}
-        for kind in KINDS:
-            belongs = (self._geometry.is_in_atlas[: len(looks)] == kind.is_in_atlas) & (is_glossy == kind.is_glossy)
-            groups[kind] = order[(is_shown & ~is_clear & belongs)[order]]
+    def _groups(self, viewer: Viewer, shown: InView) -> list[np.ndarray]:
+        """Return the triangles (n, 3) of each group of surfaces, with the held geoms and the hand."""
+        groups = shown.groups()
+        held = shown.geoms[self._state.is_held[shown.geoms]]
+        for geom, group in zip(held, self._triangles.groups_of(held, self._state.materials[held]), strict=True):
+            groups[group] = np.concatenate([groups[group], self._triangles.faces_of(geom[None])])
         if self._is_holding and viewer.mirror is None:
-            groups[KINDS[0]] = np.concatenate([self._geometry.hand, groups[KINDS[0]]])
-        groups[None] = order[is_clear[order]][::-1]
+            groups[0] = np.concatenate([self._triangles.faces_of(self._geometry.hand), groups[0]])
         return groups
 
-    def _write_corners(self, groups: list[np.ndarray], parts: np.ndarray) -> list[tuple[int, int]]:
-        """Write the corners of each group of geoms, of the structure only `parts`; return (start, length) of each."""
-        slices, faces = self._geometry.face_slices, self._geometry.faces
-        structure: dict[int, list[np.ndarray]] = {geom: [] for geom in range(len(self._scene.structure_kinds))}
-        for part in parts.tolist():
-            structure[int(self._parts.geoms[part])].append(self._parts.faces[part])
-        chosen = [
-            [each for geom in group.tolist() for each in structure.get(geom, [faces[slices[geom]]])] for group in groups
-        ]
-        counts = [3 * sum(map(len, each)) for each in chosen]
+    def _write_corners(self, groups: list[np.ndarray]) -> list[tuple[int, int]]:
+        """Write the corners of each group of triangles (n, 3); return (start, number of corners) of each."""
+        counts = [group.size for group in groups]
         if any(counts):
-            self._corners.write(np.concatenate([each for group in chosen for each in group]).tobytes())
+            self._corners.write(np.concatenate(groups).tobytes())
         return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
 
     def _array(self, kind: SurfaceKind | str, point_lights: int = 0) -> Any:

@@ -7,13 +7,14 @@ from weakref import WeakSet
 import numpy as np
 import pytest
 
+from tests.support.drawing_everything import draw_everything
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.actions import InteractPixel, Navigate
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.world import Setup, WorldState
 from vigil.rendering import surfaces
-from vigil.rendering.culling import InView, in_view
+from vigil.rendering.culling import in_view
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
@@ -202,17 +203,16 @@ def test_frames_are_the_same_with_all_geoms_drawn(monkeypatch) -> None:
     simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality="fast")
     left_out: list[float] = []
 
-    def counted(scene, parts, state, viewer):
-        shown = in_view(scene, parts, state, viewer)
-        left_out.append(1.0 - len(shown.geoms) / len(scene.geom_meshes))
-        assert len(shown.parts) < len(parts.faces)
+    def counted(triangles, state, viewer):
+        shown = in_view(triangles, state, viewer)
+        drawn = sum(map(len, shown.groups()))
+        left_out.append(1.0 - drawn / len(triangles.geometry.faces))
         return shown
-
-    def everything(scene, parts, state, viewer):
-        return InView(np.flatnonzero(state.is_visible), np.arange(len(parts.faces)))
 
     monkeypatch.setattr(surfaces, "in_view", counted)
     _, frames = _play(simulator, drawn=True)
-    monkeypatch.setattr(surfaces, "in_view", everything)
+    assert min(left_out) > 0.5
+    draw_everything(monkeypatch)
+    left_out.clear()
     assert _play(simulator, drawn=True)[1] == frames
-    assert np.mean(left_out) > 0.2
+    assert max(left_out) < 0.2  # what is not visible in any picture

@@ -28,7 +28,7 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Lens) -> None:
     """Set the lamps of rooms from the visible light switches only."""
-    switches = [scene.things[thing_id] for thing_id in model.lamps.switches]
+    switches = _near_picture([scene.things[thing_id] for thing_id in model.lamps.switches], looker, lens)
     model.lamps.update_switches(switches, lambda switch: is_seen(model, switch, looker, lens))
 
 
@@ -41,14 +41,16 @@ def point_lights_of(
     """
     glowing = [thing for thing in scene.things.values() if thing.is_toggled and thing.asset.glow is not None]
     glowing.sort(key=lambda thing: floor_distance(thing.position, looker.position))
-    held = {thing.id for thing in in_hand}
-    seen = (thing for thing in glowing if thing.id in held or is_seen(model, thing, looker, lens))
+    held, near = ({thing.id for thing in each} for each in (in_hand, _near_picture(glowing, looker, lens)))
+    seen = (
+        thing for thing in glowing if thing.id in held or (thing.id in near and is_seen(model, thing, looker, lens))
+    )
     return [point_light_of(thing) for thing in itertools.islice(seen, MAX_POINT_LIGHTS)]
 
 
 def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> bool:
     """Return whether any tested pixel shows an object, directly or through glass; False for a held or absent object."""
-    if not thing.is_present or thing.is_held or _is_out_of_view(thing, looker, lens):
+    if not thing.is_present or thing.is_held:
         return False
     boxes = boxes_of([thing])
     window = window_of(looker, boxes, lens)
@@ -63,18 +65,18 @@ def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> boo
     return bool((hits.things == model.things[thing.id].index).any())
 
 
-def _is_out_of_view(thing: Thing, looker: Pose, lens: Lens) -> bool:
-    """Return whether a sphere around a thing, which also contains its opened parts, is certainly not in the picture."""
-    away = np.array(thing.position) - np.array(looker.eye)
-    right, up, ahead = (camera_axes(looker) @ away).tolist()
-    reach_m = REACH * math.hypot(*thing.asset.size)
-    if ahead < -reach_m:
-        return True
-    slopes = ((side / 2 + EDGE_PX) / lens.focal_px for side in (lens.width, lens.height))
-    return any(
-        abs(aside) - slope * ahead > reach_m * math.hypot(1.0, slope)
-        for aside, slope in zip((right, up), slopes, strict=True)
-    )
+def _near_picture(things: list[Thing], looker: Pose, lens: Lens) -> list[Thing]:
+    """Return the things around which a sphere, which also contains their opened parts, may reach into the picture."""
+    if not things:
+        return []
+    away = np.array([thing.position for thing in things]) - np.array(looker.eye)
+    right, up, ahead = camera_axes(looker) @ away.T
+    reach_m = REACH * np.linalg.norm([thing.asset.size for thing in things], axis=1)
+    is_near = ahead >= -reach_m
+    for aside, side in ((right, lens.width), (up, lens.height)):
+        slope = (side / 2 + EDGE_PX) / lens.focal_px
+        is_near &= np.abs(aside) - slope * ahead <= reach_m * math.hypot(1.0, slope)
+    return list(itertools.compress(things, is_near))
 
 
 def _is_behind_walls(model: CompiledModel, boxes: list[np.ndarray], looker: Pose) -> bool:
