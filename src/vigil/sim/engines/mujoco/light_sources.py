@@ -71,7 +71,7 @@ def _near_picture(things: list[Thing], looker: Pose, lens: Lens) -> list[Thing]:
         return []
     away = np.array([thing.position for thing in things]) - np.array(looker.eye)
     right, up, ahead = camera_axes(looker) @ away.T
-    reach_m = REACH * np.linalg.norm([thing.asset.size for thing in things], axis=1)
+    reach_m = REACH * np.linalg.norm(np.array([thing.asset.size for thing in things]), axis=1)
     is_near = ahead >= -reach_m
     for aside, side in ((right, lens.width), (up, lens.height)):
         slope = (side / 2 + EDGE_PX) / lens.focal_px
