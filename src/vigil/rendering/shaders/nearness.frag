@@ -2,10 +2,10 @@
 // How open the surroundings of each point are: 1, or less where something is near and in front of it, most of all where it
 // stops light from above, and where something small is between the point and the lamp. Shadows are longer on level
 // surfaces than on walls and fronts, where only handles and frames stand out; longer ones would look like smudges.
-const int TAPS = 7;
+const int TAPS = 6;
 const float REACH = 0.2;  // metres
 const float STRENGTH = 1.7;
-const int STEPS = 8;
+const int STEPS = 6;
 const float SHADE_REACH = 0.8, SHORT_REACH = 0.22;  // metres towards the lamp, from level and from upright surfaces
 const float SHADE = 0.5;
 const float FLAT = 0.5, LEVEL = 0.9;  // cosines of upright and of level surfaces; below -FLAT are ceilings
@@ -72,8 +72,8 @@ void main() {
     vec3 across = abs(right.z) < abs(left.z) ? right : left;
     vec3 up = abs(above.z) < abs(below.z) ? above : below;
     vec3 normal = normalize(cross(up, across));
-    ivec2 pixel = ivec2(gl_FragCoord.xy) & 3;
-    float turn = float((pixel.x * 4 + pixel.y * 7) & 15) / 16.0;
+    ivec2 pixel = ivec2(gl_FragCoord.xy) & ivec2(3, 1);
+    float turn = float((pixel.x * 2 + pixel.y * 5) & 7) / 8.0;
     float lies = smoothstep(FLAT, LEVEL, abs(dot(normal, upward)));
     float open = clamp(1.0 - nearness(here, normal, turn, lies), 0.0, 1.0);
     seen = vec2(open * (1.0 - shade(here, normal, turn, lies)), here.z);
