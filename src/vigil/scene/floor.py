@@ -143,21 +143,30 @@ class WalkableMap:
 
 
 class ShortestPaths:
-    """The shortest walks from one place to all cells: their corners and lengths (m; inf if a cell is out of reach)."""
+    """The shortest walks from one place to all cells: their corners and lengths.
+
+    They are found when they are first needed.
+    """
 
     def __init__(self, plan: WalkableMap, start: Point2) -> None:
-        from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
-
         self.plan = plan
         self.start = start
-        entry = plan.entry(start)
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Lengths (m) of the walks to all cells; inf if a cell is out of reach."""
+        return self._found[0]
+
+    @cached_property
+    def _found(self) -> tuple[np.ndarray, np.ndarray]:
+        """The lengths of the walks, and for each cell the cell before it on the walk, or a negative number."""
+        from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
+
+        plan, entry = self.plan, self.plan.entry(self.start)
         if entry is None:
-            self.lengths = np.full(len(plan.cells), math.inf)
-            self._before = np.full(len(plan.cells), -1, dtype=np.int64)
-            return
+            return np.full(len(plan.cells), math.inf), np.full(len(plan.cells), -1, dtype=np.int64)
         found, before = dijkstra(plan._graph, directed=False, indices=entry, return_predecessors=True)
-        self.lengths = found + math.dist(start, plan.cells[entry])
-        self._before = before
+        return found + math.dist(self.start, plan.cells[entry]), before
 
     def corners_to(self, cell: int) -> list[Point2] | None:
         """Return the corners (x, z) of the walk to a cell, up to its centre; None if no walk reaches the cell."""
@@ -166,7 +175,7 @@ class ShortestPaths:
         trail = []
         while cell >= 0:
             trail.append((float(self.plan.cells[cell, 0]), float(self.plan.cells[cell, 1])))
-            cell = int(self._before[cell])
+            cell = int(self._found[1][cell])
         trail.reverse()
         return _straightened(self.plan, self.start, trail)
 
