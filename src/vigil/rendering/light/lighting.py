@@ -134,7 +134,7 @@ class Lighting:
             scene.cache["light"] = BakedLight(scene)
         self._scene, self._baked = scene, scene.cache["light"]
         self.geometry = self._baked.geometry
-        self._moved = np.zeros_like(self._baked.vertices)
+        self._moved = np.zeros(self._baked.vertices.shape, np.float16)  # takes memory only where it is written
         """Light on objects that have moved, in the form of `BakedLight.vertices`."""
         self._state = scene.initial
         """The state at the last update."""
