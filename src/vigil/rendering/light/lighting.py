@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from vigil.base.free_memory import return_free_memory
 from vigil.rendering.geometry import Geometry, geometry_of
 from vigil.rendering.light import irradiance, lightmap_atlas
 from vigil.rendering.light.irradiance import Occluders, Samples, occluders_of
@@ -50,11 +51,14 @@ class BakedLight:
         missing = geoms[~self._is_cast[geoms]]
         if not len(missing):
             return
+        is_first = not self._is_cast.any()
         self._is_cast[missing] = True
         is_in_atlas = self.geometry.is_in_atlas[missing]
         meshes, planes = missing[~is_in_atlas], missing[is_in_atlas]
         on_meshes = partial(self.cast_on, state, meshes, self.occluders, self.vertices)
         run_in_parallel([on_meshes, partial(self._cast_planes, planes)])
+        if is_first:
+            return_free_memory()  # the first picture of a scene has used several times as much as its light takes
 
     def cast_on(self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: np.ndarray) -> None:
         """Compute the light on the vertices of geoms in the poses of a state, and write it to the rows of `into`."""
