@@ -6,6 +6,7 @@ from weakref import WeakSet
 
 import numpy as np
 import pytest
+from cachetools import LRUCache
 
 from tests.support.drawing_everything import draw_everything
 from vigil.assets.database import AssetDatabase
@@ -144,6 +145,18 @@ def test_only_the_latest_scenes_are_kept(scene: Scene, monkeypatch) -> None:
     scene.things["cube"].position = Vec3(0.0, 0.1, 0.0)
     model_cache.model_of(scene)
     assert len(built) == model_cache.MAX_CACHED + 2
+
+
+def test_fewer_large_scenes_are_kept(scene: Scene, monkeypatch) -> None:
+    most = build(scene).native.nbuffer * 5 // 2
+    monkeypatch.setattr(model_cache, "MAX_CACHED_BYTES", most)
+    monkeypatch.setattr(model_cache, "_cached", LRUCache(most, getsizeof=model_cache._size))
+    for number in range(4):
+        scene.things["cube"].position = Vec3(0.1 * number, 0.1, 0.0)
+        model_cache.model_of(scene)
+    assert len(model_cache._cached) == 2
+    monkeypatch.setattr(model_cache, "MAX_CACHED_BYTES", 1)
+    assert model_cache._size(build(scene)) == 1, "a model that is larger than the cache would not be kept at all"
 
 
 def test_prepared_models_wait_for_their_engines(scene: Scene, monkeypatch) -> None:

@@ -18,11 +18,20 @@ from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 MAX_CACHED = 4
-"""Number of models that are kept. The model of a house of four rooms takes 15 MB, and its light about as much."""
+"""Number of models that are kept, if they are small enough for `MAX_CACHED_BYTES`."""
+MAX_CACHED_BYTES = 64 * 2**20
+"""Greatest size in bytes of all kept models together, without their light, which takes about as much. The model of a
+house of four rooms has 12 MB, that of a house of ten rooms 25 MB."""
+
+
+def _size(model: CompiledModel) -> int:
+    """Return the size in bytes that a model counts as in the cache."""
+    return min(max(model.native.nbuffer, MAX_CACHED_BYTES // MAX_CACHED), MAX_CACHED_BYTES)
+
 
 _lock = threading.Lock()
 _engines: WeakSet[Any] = WeakSet()
-_cached: LRUCache[Hashable, CompiledModel] = LRUCache(MAX_CACHED)
+_cached: LRUCache[Hashable, CompiledModel] = LRUCache(MAX_CACHED_BYTES, getsizeof=_size)
 _prepared: dict[Hashable, CompiledModel] = {}
 """Models that were compiled in advance and not yet used: at most one for each live engine."""
 
