@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 from vigil.base.geometry import Box, Pose, distance
 from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, MAX_STEPS_PER_ACTION, STEP_M, Look, Navigate
@@ -53,14 +53,26 @@ def horizon_after(action: Look, horizon: float) -> float:
     return max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
 
 
-def object_state(
-    world: AgentInScene, thing: Thing, box: Box, seen: ObjectVisibility, asked: list[Thing]
-) -> ObjectState:
-    """Return the hidden state of a thing. `box` is the thing's box, and `seen` says what the camera sees of the thing.
+def support_facts(scene: Scene, thing: Thing, asked: list[Thing]) -> dict[str, Any]:
+    """Return those fields of a thing's hidden state that say what it rests on.
 
     `asked` has all things whose state is requested. Only things in `asked` are reported as receptacles of the thing.
     """
     over, over_inside = receptacles_below(thing, asked)
+    return {
+        "support_chain": tuple(below.id for below in ancestors(scene, thing)),
+        "inside": tuple(other.id for other in containers_of(scene, thing)),
+        "not_on": supports_not_lain_on(scene, thing, asked),
+        "over": over,
+        "over_inside": over_inside,
+    }
+
+
+def object_state(
+    world: AgentInScene, thing: Thing, box: Box, seen: ObjectVisibility, supports: dict[str, Any]
+) -> ObjectState:
+    """Return the hidden state of a thing. `box` is the thing's box, `seen` says what the camera sees of the thing, and
+    `supports` are its `support_facts`."""
     return ObjectState(
         category=thing.category,
         position=thing.position,
@@ -76,9 +88,5 @@ def object_state(
         box_distance_m=box.floor_distance(world.agent.position),
         center_distance_m=distance(world.agent.position, thing.position),
         parent=thing.parent,
-        support_chain=tuple(below.id for below in ancestors(world.scene, thing)),
-        inside=tuple(other.id for other in containers_of(world.scene, thing)),
-        not_on=supports_not_lain_on(world.scene, thing, asked),
-        over=over,
-        over_inside=over_inside,
+        **supports,
     )

@@ -6,13 +6,13 @@ only when it is requested.
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from vigil.assets.database import AssetDatabase
-from vigil.base.geometry import Pose, Vec3, floor_distance, heading, wrap_deg
+from vigil.base.geometry import Box, Pose, Vec3, floor_distance, heading, wrap_deg
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.protocol.actions import MAX_TURN_DEG, Intent, InteractPixel, Look, Navigate, PhysicalAction
 from vigil.protocol.house import House
@@ -20,7 +20,7 @@ from vigil.protocol.world import Effect, Setup, WorldState
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import body_box
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.agent_actions import horizon_after, object_state, walk
+from vigil.sim.core.agent_actions import horizon_after, object_state, support_facts, walk
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import InteractionResult, apply_intent, interact, open_to
 from vigil.sim.core.motion import CollisionMap
@@ -42,6 +42,9 @@ class _Loaded:
     sight: Sight
     initial: list[tuple[Any, ...]]
     """Values of `MUTABLE_FIELDS` of each thing when the house was loaded."""
+    places: dict[tuple[str, Vec3, tuple[str, ...]], tuple[Box, dict[str, Any]]] = field(default_factory=dict)
+    """Cached boxes and `support_facts`, by the thing's id, its position, which changes while it is held, and the ids of
+    all things whose state is requested. A change in the scene empties the cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +124,10 @@ class EmbeddedSimulator:
         loaded = self._require_loaded()
         state, things = loaded.state, [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         seen = loaded.sight.see(state.agent, things)
-        objects = {each.id: object_state(state, each, body_box(each), seen[each.id], things) for each in things}
+        objects = {
+            each.id: object_state(state, each, box, seen[each.id], supports)
+            for each, (box, supports) in zip(things, self._places(things), strict=True)
+        }
         return WorldState(agent=state.agent, held=state.held, objects=objects)
 
     def renderer(self) -> str:
@@ -262,6 +268,15 @@ class EmbeddedSimulator:
         held = self._require_loaded().state.held
         return self._engine.render_view(view, layers, held if with_hand else None)
 
+    def _places(self, things: list[Thing]) -> Iterator[tuple[Box, dict[str, Any]]]:
+        """Yield the box and the `support_facts` of each of the things whose state is requested."""
+        loaded, asked = self._require_loaded(), tuple(thing.id for thing in things)
+        for thing in things:
+            key = thing.id, thing.position, asked
+            if key not in loaded.places:
+                loaded.places[key] = body_box(thing), support_facts(loaded.state.scene, thing, things)
+            yield loaded.places[key]
+
     def _snapshot(self) -> _WorldSnapshot:
         state = self._require_loaded().state
         return _WorldSnapshot(state.agent, state.held, mutable_state_of(state.scene))
@@ -292,6 +307,7 @@ class EmbeddedSimulator:
         if changed:
             self._engine.update(loaded.state.scene, changed)
             loaded.sight.clear_cache()
+            loaded.places.clear()
 
     def _step(self, length_m: float) -> InteractionResult:
         """Move the body by a length (m; negative means backward), or refuse."""

@@ -21,7 +21,7 @@ from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 from vigil.scene.outlines import room_floor
 from vigil.scene.supports import drawers_of, furniture_of
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.agent_actions import horizon_after, object_state, walk
+from vigil.sim.core.agent_actions import horizon_after, object_state, support_facts, walk
 from vigil.sim.core.handling import InteractionResult
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import blocked_start_error, thing_named
@@ -296,4 +296,6 @@ class ThorSimulator:
             toggle_px=pixels if thing.is_toggleable else 0,
             nearest_m=count.nearest_m if pixels else None,
         )
-        return object_state(scene_sync, thing, scene_sync.box(thing), seen, asked)
+        return object_state(
+            scene_sync, thing, scene_sync.box(thing), seen, support_facts(scene_sync.scene, thing, asked)
+        )
