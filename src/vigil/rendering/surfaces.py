@@ -90,6 +90,21 @@ textures = TextureArray()
 """The textures of all scenes of this process."""
 
 
+class _SceneBuffers:
+    """The OpenGL buffers of a scene that all its `Surfaces` share, because they are the same in every state."""
+
+    def __init__(self, context: Any, lighting: Lighting) -> None:
+        geometry = lighting.geometry
+        places = np.zeros((len(geometry.vertices), 2), np.float32)
+        places[geometry.is_in_atlas[geometry.geoms]] = lighting.places
+        corners = np.concatenate([geometry.vertices, geometry.normals, geometry.uvs, places], axis=1)
+        self.vertices, self.owners = context.buffer(corners), context.buffer(geometry.geoms)
+        self.corners = context.buffer(reserve=geometry.faces.nbytes)
+        """Corners of the triangles of one drawing; they are written before they are drawn."""
+        self.users = 0
+        """Number of `Surfaces` that use the buffers."""
+
+
 class Surfaces:
     """The surfaces of one scene."""
 
@@ -105,12 +120,10 @@ class Surfaces:
         self._is_holding = False
         self._arrays: dict[tuple[SurfaceKind | str, int], Any] = {}
         context, geometry = self._context, self._geometry
-        places = np.zeros((len(geometry.vertices), 2), np.float32)
-        places[geometry.is_in_atlas[geometry.geoms]] = self._lighting.places
-        corners = np.concatenate([geometry.vertices, geometry.normals, geometry.uvs, places], axis=1)
-        self._vertices, self._owners = context.buffer(corners.tobytes()), context.buffer(geometry.geoms.tobytes())
-        self._light = context.buffer(self._lighting.vertices.tobytes())
-        self._corners = context.buffer(reserve=geometry.faces.nbytes)
+        self._buffers = self._scene.cache.get("buffers") or _SceneBuffers(context, lighting)
+        self._scene.cache["buffers"] = self._buffers
+        self._buffers.users += 1
+        self._light = context.buffer(self._lighting.vertices)
         self._planes = context.texture(self._lighting.planes.shape[1::-1], 4)
         self._planes.repeat_x = self._planes.repeat_y = False
         self._table = context.texture((_ROWS, len(geometry.face_slices)), 4, dtype="f4")
@@ -196,9 +209,13 @@ class Surfaces:
 
     def release(self) -> None:
         """Free the OpenGL objects."""
-        for each in [*self._arrays.values(), self._vertices, self._owners, self._light, self._corners, self._planes]:
+        freed = [*self._arrays.values(), self._light, self._planes, self._table]
+        self._buffers.users -= 1
+        if not self._buffers.users:
+            del self._scene.cache["buffers"]
+            freed += [self._buffers.vertices, self._buffers.owners, self._buffers.corners]
+        for each in freed:
             each.release()
-        self._table.release()
 
     def _cast(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
         """Compute the light on shown geoms in another thread, and meanwhile write new textures to OpenGL."""
@@ -227,16 +244,16 @@ class Surfaces:
         """Write the corners of each group of triangles (n, 3); return (start, number of corners) of each."""
         counts = [group.size for group in groups]
         if any(counts):
-            self._corners.write(np.concatenate(groups).tobytes())
+            self._buffers.corners.write(np.concatenate(groups).tobytes())
         return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
 
     def _array(self, kind: SurfaceKind | str, point_lights: int = 0) -> Any:
         """Return the vertex array for a kind of surface, or for a fragment shader that needs positions only."""
         if (kind, point_lights) not in self._arrays:
-            owners = self._owners, "1i", "geom"
+            owners = self._buffers.owners, "1i", "geom"
             if isinstance(kind, str):
                 made = program(self._backend, "identity.vert", kind)
-                contents = [(self._vertices, "3f 28x", "position"), owners]
+                contents = [(self._buffers.vertices, "3f 28x", "position"), owners]
             else:
                 made = program(self._backend, "surface.vert", "surface.frag", *kind.definitions(point_lights))
                 for name, unit in _UNITS.items():
@@ -244,10 +261,10 @@ class Surfaces:
                         made[name].value = unit
                 names = ["position", *(["normal"] if "normal" in made else []), "uv"]
                 form = f"3f {'3f' if 'normal' in made else '12x'} 2f {'2f' if kind.is_in_atlas else '8x'}"
-                contents = [(self._vertices, form, *names, *(["place"] if kind.is_in_atlas else [])), owners]
+                contents = [(self._buffers.vertices, form, *names, *(["place"] if kind.is_in_atlas else [])), owners]
                 if not kind.is_in_atlas:
                     contents.append((self._light, "3f1 1x1", "light"))
-            self._arrays[kind, point_lights] = self._context.vertex_array(made, contents, self._corners)
+            self._arrays[kind, point_lights] = self._context.vertex_array(made, contents, self._buffers.corners)
         return self._arrays[kind, point_lights]
 
 
