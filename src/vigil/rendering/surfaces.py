@@ -173,7 +173,10 @@ class Surfaces:
 
     def draw(self, viewer: Viewer, shown: InView, lamp: np.ndarray, point_lights: list[PointLight]) -> Iterator[bool]:
         """Draw the opaque geoms, yield so that the caller can draw the background, then draw the transparent geoms."""
-        starts = self._write_corners(self._groups(viewer, shown))
+        groups = self._groups(shown)
+        if self._is_holding and viewer.mirror is None:
+            groups[0] = np.concatenate([self._triangles.faces_of(self._geometry.hand), groups[0]])
+        starts = self._write_corners(groups)
         uniforms = _uniforms(viewer, lamp, point_lights)
         textures.texture(self._context).use(1)
         self._planes.use(2)
@@ -197,7 +200,7 @@ class Surfaces:
 
     def draw_owners(self, viewer: Viewer) -> None:
         """Draw the number of the geom at each pixel."""
-        self._draw_plain("identity.frag", self._groups(viewer, self.shown(viewer)), viewer)
+        self._draw_plain("identity.frag", self._groups(self.shown(viewer)), viewer)
 
     def _draw_plain(self, fragment: str, groups: list[np.ndarray], viewer: Viewer) -> None:
         """Draw groups of triangles with a fragment shader that needs only positions."""
@@ -230,14 +233,12 @@ class Surfaces:
         for part in changed:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
 
-    def _groups(self, viewer: Viewer, shown: InView) -> list[np.ndarray]:
-        """Return the triangles (n, 3) of each group of surfaces, with the held geoms and the hand."""
+    def _groups(self, shown: InView) -> list[np.ndarray]:
+        """Return the triangles (n, 3) of each group of surfaces, with those of held geoms."""
         groups = shown.groups()
         held = shown.geoms[self._state.is_held[shown.geoms]]
         for geom, group in zip(held, self._triangles.groups_of(held, self._state.materials[held]), strict=True):
             groups[group] = np.concatenate([groups[group], self._triangles.faces_of(geom[None])])
-        if self._is_holding and viewer.mirror is None:
-            groups[0] = np.concatenate([self._triangles.faces_of(self._geometry.hand), groups[0]])
         return groups
 
     def _write_corners(self, groups: list[np.ndarray]) -> list[tuple[int, int]]:
