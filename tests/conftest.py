@@ -12,14 +12,18 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.support import forked_workers
 from tests.support.module_order import long_first
 from tests.support.thor_files import write_thor_files
 from tests.support.waiting import HANGS_AFTER_S
+from vigil.base.processes.worker import LocalProcess
 
 pytest_plugins = ["tests.support.skips"]
 
 settings.register_profile("vigil", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("vigil")
+
+LocalProcess._execute_child = forked_workers.execute_child  # pyright: ignore[reportAttributeAccessIssue]
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
@@ -35,6 +39,11 @@ def collect() -> None:
     """Collect garbage, then exclude the surviving objects from later collections, which would take up to a second."""
     gc.collect()
     gc.freeze()
+
+
+def pytest_sessionfinish() -> None:
+    """End the process from which workers are forked."""
+    forked_workers.end_template()
 
 
 def pytest_collection_finish() -> None:
@@ -59,6 +68,12 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if REAL_HOUSES is not None:
         return Path(REAL_HOUSES)
     return write_thor_files(tmp_path_factory.mktemp("thor_files"))
+
+
+@pytest.fixture
+def started_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start the workers of a test as users' workers are started, and do not fork them."""
+    monkeypatch.delattr(LocalProcess, "_execute_child")
 
 
 @pytest.fixture

@@ -357,7 +357,7 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
         with one_at_a_time:  # two episodes may reach their third turn together
             if asked.turn == 3 and not killed:
                 children = psutil.Process().children()
-                workers = [child for child in children if "-m vigil.base.processes" in " ".join(child.cmdline())]
+                workers = [child for child in children if os.getsid(child.pid) == child.pid]
                 killed_at.append(datetime.now(UTC))
                 killed.extend(child.pid for child in workers)
                 for child in workers:

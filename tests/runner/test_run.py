@@ -501,6 +501,7 @@ def test_a_dry_run_honours_the_limit_on_tokens_and_thinking(pack: Path) -> None:
     assert plain.input_tokens == thinks.input_tokens, "reasoning enters no history"
 
 
+@pytest.mark.usefixtures("started_workers")
 def test_a_simulator_that_cannot_start_stops_the_run(
     pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -88,6 +88,7 @@ def test_two_killed_processes_change_nothing_and_none_is_left(pointing: StreamHo
     wait_until(lambda: not any(map(is_running, [*killed, *again])), "the end of all")
 
 
+@pytest.mark.usefixtures("started_workers")
 def test_a_process_that_ends_time_and_again_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/false")
     pool = HousePool(PG, workers=1)

@@ -16,6 +16,8 @@ from vigil.base.processes.group import given_state, map_in_workers
 from vigil.base.processes.worker import Worker, WorkerLost, WorkerSettings
 from vigil.errors import SettingError, SimulatorError
 
+pytestmark = pytest.mark.usefixtures("started_workers")
+
 SCRIPT = """
 import time
 from functools import partial
