@@ -5,6 +5,6 @@ import pytest
 INSPECT = [
     pytest.mark.filterwarnings("ignore:The 'initial' parameter is deprecated:DeprecationWarning"),
     pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
-    pytest.mark.usefixtures("collected", "plain_tracebacks"),
+    pytest.mark.usefixtures("collected", "inspect_unformatted"),
 ]
 """Marks that collect Inspect's unclosed in-memory streams (anyio) while the warnings about them are filtered."""

@@ -80,8 +80,6 @@ def shared_simulator(pack: Pack) -> Iterator[None]:
     plan = plan_run(quick(pack.folder, None, model="vllm/m", simulator_factory=without_pictures)).worker
     with SimulatorPool(plan, 1) as pool, pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
-        # At the end of each run Inspect makes a table that it never shows; that takes half the time of a short run.
-        patch.setattr("inspect_ai._display.rich.display.tasks_results", lambda _: "")
         yield
 
 
