@@ -29,8 +29,7 @@ def find_outdated_part(data: dict[str, Any]) -> str | None:
             if before in node and now not in node:
                 return f"{place}{before} is an old key; in 1.0.0 it is `{now}`"
         for before in node:
-            now = to_camel(before)
-            if "_" in before and now in _CAMEL and now not in node:
+            if "_" in before and (now := to_camel(before)) in _CAMEL and now not in node:
                 return f"{place}{before} is an old key; in 1.0.0 it is `{now}`"
     return None
 
