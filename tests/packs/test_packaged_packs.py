@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -20,13 +21,14 @@ from vigil.scoring.levels import LEVELS, read_pack_levels
 BUILT = {"vigil_smoke_v6": 1, "vigil_mini_v6": 10, "vigil_balanced_1000_v6": 125, "vigil_paper_1000_v2": 125}
 """Name -> episodes of each family."""
 MOST_MB = 25.0
+load = cache(Pack.load)
 FOLDER = Path(vigil.__file__).parent / "data" / "packs"
 HERE = sorted(path.parent.name for path in FOLDER.glob(f"*/{MANIFEST}") if path.parent.name in BUILT)
 
 
 @pytest.fixture(params=HERE)
 def pack(request: pytest.FixtureRequest) -> Pack:
-    return Pack.load(request.param)
+    return load(request.param)
 
 
 def test_the_first_packs_are_there() -> None:
@@ -73,7 +75,7 @@ def test_families_and_kinds_are_even(pack: Pack) -> None:
 
 @pytest.mark.parametrize("name", LEVELLED)
 def test_levels_are_even_within_each_family(name: str) -> None:
-    pack = Pack.load(name)
+    pack = load(name)
     levels = read_pack_levels(pack.folder)
     counts = Counter((episode.family, levels[episode.id].level) for episode in pack.episodes)
     each = BUILT[name] / len(LEVELS)
@@ -82,7 +84,7 @@ def test_levels_are_even_within_each_family(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["vigil_smoke_v6", "vigil_mini_v6", "vigil_balanced_1000_v6"])
 def test_all_are_robust_and_say_so(name: str) -> None:
-    pack = Pack.load(name)
+    pack = load(name)
     assert pack.manifest.meta["is_robust"]
     rows = [json.loads(line) for line in (pack.folder / "facts.jsonl").read_text().splitlines()]
     assert all(row["is_robust"] for row in rows)
@@ -100,7 +102,7 @@ def test_no_house_carries_more_than_a_few(pack: Pack) -> None:
 
 
 def test_the_thousand_are_spread_over_houses_rooms_and_constraints() -> None:
-    pack = Pack.load("vigil_1000")
+    pack = load("vigil_1000")
     strata = pack.manifest.meta["strata"]
     assert pack.manifest.houses >= 100
     assert len({episode.provenance.seed for episode in pack.episodes}) == pack.manifest.houses
@@ -134,4 +136,4 @@ def test_files_are_tables_for_other_tools(pack: Pack, name: str) -> None:
 
 
 def test_the_smoke_packs_solutions_hold() -> None:
-    assert verify_pack(Pack.load("vigil_smoke_v6"), VerificationSettings()) == []
+    assert verify_pack(load("vigil_smoke_v6"), VerificationSettings()) == []
