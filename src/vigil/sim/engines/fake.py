@@ -132,8 +132,9 @@ def _bars(
 
 def _mesh_boxes(part: Part) -> list[tuple[np.ndarray, np.ndarray]]:
     vertices, faces = part.mesh.vertices.astype(float), part.mesh.faces
-    _, welded = np.unique(np.round(vertices / WELD_M).astype(np.int64), axis=0, return_inverse=True)
-    welded = welded.reshape(-1)
+    cells = np.round(vertices / WELD_M).astype(np.int64)
+    cells -= cells.min(axis=0)
+    _, welded = np.unique(np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1)), return_inverse=True)
     ends = welded[np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])]
     count = int(welded.max()) + 1
     links = coo_array((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(count, count))
@@ -306,11 +307,15 @@ def _cones(rays: np.ndarray) -> list[np.ndarray]:
 
 def _first_met(boxes: _Boxes, near: np.ndarray, origin: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     turn = boxes.turn[near]
-    start = np.einsum("nji,nj->ni", turn, origin - boxes.shift[near])[:, None, :]
-    along = np.einsum("nji,rj->nri", turn, rays)
-    along = np.where(np.abs(along) < 1e-12, 1e-12, along)
-    to_low, to_high = (boxes.low[near][:, None, :] - start) / along, (boxes.high[near][:, None, :] - start) / along
-    entry, leave = np.minimum(to_low, to_high).max(axis=2), np.maximum(to_low, to_high).min(axis=2)
+    start = np.einsum("nji,nj->ni", turn, origin - boxes.shift[near])
+    low, high = boxes.low[near] - start, boxes.high[near] - start
+    entry, leave = np.array(-np.inf), np.array(np.inf)
+    for axis in range(3):  # each axis by itself, because sums over a last axis of three numbers are slow
+        along = sum(turn[:, side, axis, None] * rays[:, side] for side in range(3))
+        along = np.where(np.abs(along) < 1e-12, 1e-12, along)
+        to_low, to_high = low[:, axis, None] / along, high[:, axis, None] / along
+        entry = np.maximum(entry, np.minimum(to_low, to_high))
+        leave = np.minimum(leave, np.maximum(to_low, to_high))
     is_hollow = boxes.is_hollow[near][:, None]
     is_met = (leave > entry) & (leave > 0) & (is_hollow | (entry > 0))
     reach = np.where(is_met, np.where(is_hollow, leave, entry), np.inf)
