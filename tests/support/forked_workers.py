@@ -27,8 +27,13 @@ ROOT = Path(__file__).parents[2]
 PRELOADED = (
     "vigil.runner.workers.worker",
     "vigil.sim.core.embedded",
+    "vigil.assets.making",
     "vigil.sim.engines.fake",
+    "vigil.authoring.solving.solvers",
+    "vigil.authoring.streaming.houses",
     "vigil.agents.exec_agent",
+    "PIL.JpegImagePlugin",
+    "PIL.PngImagePlugin",
     "mujoco",
 )
 CLONE_PARENT = 0x8000
