@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Literal
 
@@ -73,6 +74,7 @@ class ModelIdentityLog:
         )
 
 
+@cache
 def client_versions() -> dict[str, str]:
     """Return {package: version} of the installed client libraries of models."""
     found: dict[str, str] = {}
