@@ -3,8 +3,10 @@
 import gc
 import os
 import shutil
+import ssl
 import traceback
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -24,6 +26,7 @@ settings.register_profile("vigil", deadline=None, derandomize=True, suppress_hea
 settings.load_profile("vigil")
 
 LocalProcess._execute_child = forked_workers.execute_child  # pyright: ignore[reportAttributeAccessIssue]
+ssl.create_default_context = cache(ssl.create_default_context)  # reads the certificates of all authorities
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
