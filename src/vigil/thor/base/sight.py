@@ -48,6 +48,17 @@ def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np
     return np.concatenate([part_motion(thing, joint)(low + _LATTICE * (high - low)) for joint, low, high in boxes])
 
 
+@lru_cache(maxsize=1024)
+def _reach_m(asset: Asset) -> float:
+    """Return one and a half times the diagonal of an asset's box (m), within which all its points are."""
+    return float(np.linalg.norm(asset.size) * 1.5)
+
+
+@lru_cache(maxsize=1024)
+def _has_glass(asset: Asset) -> bool:
+    return any(part.is_glass for part in asset.parts)
+
+
 def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Visibility]:
     """Return {id: visibility} of things, seen from `pose` (default: the agent's). A held object is always visible."""
     view = world.view(pose)
@@ -59,7 +70,7 @@ def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -
         for thing in things
         if thing.id not in world.floors
         and not thing.is_held
-        and floor_distance(thing.position, eye) <= limit + np.linalg.norm(thing.asset.size) * 1.5
+        and floor_distance(thing.position, eye) <= limit + _reach_m(thing.asset)
     ]
     if not free:
         return found
@@ -71,7 +82,7 @@ def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -
     is_inside = _is_in_view(world, view, points)
     rays = points[is_inside] - np.array(view.eye)
     rays /= np.maximum(np.linalg.norm(rays, axis=1, keepdims=True), 1e-9)
-    is_glassy = np.array([*(any(part.is_glass for part in thing.asset.parts) for thing in scene.values()), False])
+    is_glassy = np.array([*(_has_glass(thing.asset) for thing in scene.values()), False])
     interactable, visible = _met(world, view.eye, rays, owners[is_inside], is_glassy)
     for thing in free:
         number = numbers[thing.id]
