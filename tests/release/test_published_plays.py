@@ -1,6 +1,7 @@
 """Plays that are published with the docs open as runs, with the verdicts that readers got."""
 
 import shutil
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,12 @@ REWORDED = {"vigil_balanced_1000_v2_2": [("vigil_drawer_seed9201_cr_51b504", 6, 
 """Folder -> the rejected replies (episode, step, fact) that are rejected today for the same reason in other words."""
 
 
+@cache
+def published(name: str) -> SavedRun:
+    """Return the run of a folder of plays."""
+    return read_run(PLAYS / name)
+
+
 def counts_of(run: SavedRun) -> tuple[int, int, int]:
     """Return the numbers of plays, of W and of B; a list of chores counts as one play."""
     is_of_lists = run.folder.name in {*LISTS, *OLD_LISTS}
@@ -61,7 +68,7 @@ def test_every_folder_of_plays_is_counted() -> None:
 
 @pytest.mark.parametrize("folder", sorted(PLAYS.iterdir()), ids=lambda folder: folder.name)
 def test_plays_lie_within_the_times_of_their_run(folder: Path) -> None:
-    assert untimely_plays(read_run(folder)) == []
+    assert untimely_plays(published(folder.name)) == []
 
 
 def untimely_plays(run: SavedRun) -> list[str]:
@@ -74,7 +81,7 @@ def untimely_plays(run: SavedRun) -> list[str]:
 
 @pytest.mark.parametrize("name", [*PRESENT, *LISTS])
 def test_plays_of_packaged_packs_hold(name: str) -> None:
-    run = read_run(PLAYS / name)
+    run = published(name)
     assert run.notes == ()
     assert counts_of(run) == {**PRESENT, **LISTS}[name]
     found = verify_run(PLAYS / name, VerifySettings(records_only=True))
@@ -84,7 +91,7 @@ def test_plays_of_packaged_packs_hold(name: str) -> None:
 
 @pytest.mark.parametrize("name", [*OLD, *OLD_LISTS, *OLD_UNCOUNTED])
 def test_published_plays_are_a_run_with_its_pack(name: str) -> None:
-    run = read_run(PLAYS / name)
+    run = published(name)
     if name not in OLD_UNCOUNTED:
         assert counts_of(run) == {**OLD, **OLD_LISTS}[name]
     assert any("shapes 4 (here" in note for note in run.notes) == (run.header.spec.versions.shapes == 4)
