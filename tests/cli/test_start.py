@@ -22,7 +22,7 @@ NAMES = [
 ]
 PROGRAM = """
 import json, os, sys
-import vigil.cli
+import vigil.cli.options, vigil.runner.shared_settings  # every verb loads these: loaded once
 from vigil.cli.verbs import VERBS, load
 
 def modules(name):
