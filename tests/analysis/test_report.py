@@ -19,6 +19,7 @@ from typer.testing import CliRunner
 
 from tests.support.narrowing import present
 from tests.support.published_runs import EpisodeScript, Write, make_episodes, small_records, write_anchor, write_pack
+from tests.support.small_runs import writer
 from vigil.analysis.measures.closure import ClosureRun
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
@@ -98,10 +99,10 @@ def lost(family: str) -> EpisodeScript:
     return EpisodeScript(family, False, "NR")  # type: ignore[arg-type]
 
 
-@pytest.fixture
-def mixed(write: Write) -> Study:
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory: pytest.TempPathFactory, small_pack: Path, usual_agent: str) -> Study:
     """A full run with and without feedback and with the neutral prompt, one without success, one empty, one partial."""
-    records = small_records()
+    records, write = small_records(), writer(tmp_path_factory.mktemp("mixed"), small_pack, usual_agent)
     folders = [
         write("base"),
         write("fb", small_records(lost), profile=Profile(name=ACTION_FEEDBACK)),
@@ -111,6 +112,18 @@ def mixed(write: Write) -> Study:
         write("partial", {"PG-000": records["PG-000"]}, agent="solver", kind="privileged"),
     ]
     return study(read_runs(folders))
+
+
+@pytest.fixture(scope="module")
+def reported(mixed: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report about these runs in every format."""
+    folder = tmp_path_factory.mktemp("reported")
+    write_report(mixed, folder, FORMATS)
+    return folder
+
+
+def text_of(file: Path) -> str:
+    return file.read_text(encoding="utf-8")
 
 
 def test_the_papers_sixteen_tables_go_by_its_names():
@@ -153,15 +166,14 @@ def test_own_rows_alone_without_the_paper(mixed: Study):
         assert not any(row.is_published for row in made[name].rows)
 
 
-def test_faults_and_limits_stand_before_any_number(mixed: Study):
-    page = html_report(make_report(mixed))
+def test_faults_and_limits_stand_before_any_number(reported: Path):
+    page = text_of(reported / "report.html")
     for text in ("empty: no episode is scored", "INCOMPLETE: 1 of 16", str(escape(LIMITS[0][:40]))):
         assert page.index(text) < page.index("<table")
 
 
-def test_the_latex_document_says_what_the_page_says_before_its_tables(mixed: Study, tmp_path: Path):
-    write_report(mixed, tmp_path, ("latex",))
-    document = (tmp_path / "report.tex").read_text(encoding="utf-8")
+def test_the_latex_document_says_what_the_page_says_before_its_tables(reported: Path):
+    document = text_of(reported / "report.tex")
     for text in (
         "empty: no episode is scored",
         r"\item W is what the simulator's hidden state",
@@ -172,18 +184,17 @@ def test_the_latex_document_says_what_the_page_says_before_its_tables(mixed: Stu
     assert balanced(document)
 
 
-def test_why_a_run_fell_short_stands_above_the_numbers_in_every_format(mixed: Study, tmp_path: Path):
-    write_report(mixed, tmp_path, ("md", "html", "latex", "json"))
-    data = json.loads((tmp_path / "report.json").read_text(encoding="utf-8"))
+def test_why_a_run_fell_short_stands_above_the_numbers_in_every_format(reported: Path):
+    data = json.loads(text_of(reported / "report.json"))
     (run,) = (name for name in data["causes"] if name == "lost-A3B")
     assert any("`NR`" in sentence or "`honest_fail`" in sentence for sentence in data["causes"][run])
     for name, numbers in (("report.html", "<table"), ("report.md", "## Findings"), ("report.tex", r"\input{")):
-        text = (tmp_path / name).read_text(encoding="utf-8")
+        text = text_of(reported / name)
         assert text.index("Why episodes were not verified successes") < text.index(numbers)
 
 
-def test_the_page_shows_figures_and_findings_and_folds_the_rest(mixed: Study):
-    page = html_report(make_report(mixed))
+def test_the_page_shows_figures_and_findings_and_folds_the_rest(reported: Path):
+    page = text_of(reported / "report.html")
     parts = re.findall(r'<details( open)?><summary><h2 id="([^"]+)"', page)
     assert [name for is_open, name in parts if is_open] == ["figures", "findings-at-a-glance"]
     assert len(parts) == page.count("<details") > 5
@@ -211,8 +222,8 @@ def test_long_texts_are_folded_in_latex():
     assert r"\begin{longtable}{lp{300pt}r}" in latex(Table("t", "T", columns, rows))
 
 
-def test_the_page_needs_nothing_beside_it(mixed: Study):
-    page = html_report(make_report(mixed))
+def test_the_page_needs_nothing_beside_it(reported: Path):
+    page = text_of(reported / "report.html")
     sources = re.findall(r"""(?:src|href)=["']([^"']*)""", page)
     assert all(source.startswith(("data:", "#")) for source in sources)
     assert "<!--" not in page
@@ -442,11 +453,10 @@ def test_a_wide_table_continues_below_after_its_first_columns():
     assert text.count("{") == text.count("}")
 
 
-def test_the_latex_index_names_pages_that_exist(mixed: Study, tmp_path: Path):
-    write_report(mixed, tmp_path, ("latex",))
-    document = (tmp_path / "report.tex").read_text(encoding="utf-8")
+def test_the_latex_index_names_pages_that_exist(reported: Path):
+    document = text_of(reported / "report.tex")
     shown = re.findall(r"\\input\{(tables/.*?)\}", document)
-    texts = [document, *((tmp_path / name).read_text(encoding="utf-8") for name in shown)]
+    texts = [document, *(text_of(reported / name) for name in shown)]
     labels = {label for text in texts for label in re.findall(r"\\label\{(.*?)\}", text)}
     referred = {label for text in texts for label in re.findall(r"\\pageref\{(.*?)\}", text)}
     assert {"tab:full_panel", "fig:outcome_partition"} <= referred <= labels

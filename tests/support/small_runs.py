@@ -16,14 +16,19 @@ def small_pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def write(tmp_path: Path, small_pack: Path, usual_agent: str) -> Write:
-    """Write a run on the small pack: `write(name, records, agent=..., **spec)`."""
+def writer(folder: Path, small_pack: Path, usual_agent: str) -> Write:
+    """Return a function that writes a run on the small pack: `write(name, records, agent=..., **spec)`."""
 
     def run(name: str, records: dict[str, EpisodeRecord] | None = None, **facts: Any) -> Path:
         agent = facts.pop("agent", usual_agent)
         planned = facts.pop("planned", sorted(small_records()))
         found = small_records() if records is None else records
-        return write_run(tmp_path / name, small_pack, agent, found, planned=planned, **facts)
+        return write_run(folder / name, small_pack, agent, found, planned=planned, **facts)
 
     return run
+
+
+@pytest.fixture
+def write(tmp_path: Path, small_pack: Path, usual_agent: str) -> Write:
+    """Write a run on the small pack."""
+    return writer(tmp_path, small_pack, usual_agent)
