@@ -352,11 +352,12 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
     killed: list[int] = []
     killed_at: list[datetime] = []
     one_at_a_time = threading.Lock()
+    before = set(psutil.Process().children())
 
     def killing(asked: ChatRequest) -> ChatAnswer:
         with one_at_a_time:  # two episodes may reach their third turn together
             if asked.turn == 3 and not killed:
-                children = psutil.Process().children()
+                children = set(psutil.Process().children()) - before
                 workers = [child for child in children if os.getsid(child.pid) == child.pid]
                 killed_at.append(datetime.now(UTC))
                 killed.extend(child.pid for child in workers)
