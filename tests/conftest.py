@@ -4,6 +4,7 @@ import gc
 import os
 import shutil
 import ssl
+import subprocess
 import traceback
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -25,7 +26,8 @@ pytest_plugins = ["tests.support.skips"]
 settings.register_profile("vigil", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("vigil")
 
-LocalProcess._execute_child = forked_workers.execute_child  # pyright: ignore[reportAttributeAccessIssue]
+if forked_workers.CAN_FORK:
+    LocalProcess._execute_child = forked_workers.execute_child  # pyright: ignore[reportAttributeAccessIssue]
 ssl.create_default_context = cache(ssl.create_default_context)  # reads the certificates of all authorities
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -76,7 +78,7 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def started_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Start the workers of a test as users' workers are started, and do not fork them."""
-    monkeypatch.delattr(LocalProcess, "_execute_child")
+    monkeypatch.setattr(LocalProcess, "_execute_child", subprocess.Popen._execute_child)  # pyright: ignore
 
 
 @pytest.fixture

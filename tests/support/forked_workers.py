@@ -38,7 +38,8 @@ PRELOADED = (
 )
 CLONE_PARENT = 0x8000
 CLONE = {"x86_64": 56, "aarch64": 220}
-"""Machine -> number of the system call that makes a process."""
+"""Machine -> number of Linux's system call that makes a process."""
+CAN_FORK = sys.platform == "linux" and platform.machine() in CLONE
 _REQUEST_BYTES = 1 << 18
 _lock = threading.Lock()
 
