@@ -11,6 +11,7 @@ Pixels are x (right) and y (down) from the top left corner of the frame, which h
 
 # pyright: reportReturnType=false
 
+from collections.abc import Collection
 from contextlib import AbstractContextManager
 from typing import Protocol, runtime_checkable
 
@@ -74,6 +75,12 @@ class PrivilegedSimulator(Simulator, Protocol):
 
         This is slower than `world`, which may count only some of the pixels and so miss thin parts. If `world` finds a
         visible pixel, the answer is True. Held and absent objects are not in the frame.
+        """
+
+    def looking_at(self, object_ids: Collection[str]) -> AbstractContextManager[None]:
+        """Return a context in which `world` may say of all objects but these that they are not visible.
+
+        This saves the time to measure how much of the other objects is visible.
         """
 
     def rollback(self) -> AbstractContextManager[None]:

@@ -6,7 +6,7 @@ budget for this. A report with a wrong claim (statement about one chore) must no
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import Protocol
@@ -48,6 +48,7 @@ from vigil.protocol.goals import Chores
 from vigil.protocol.house import House
 from vigil.protocol.profile import ITEMISED_REPORT
 from vigil.records.record import EpisodeRecord
+from vigil.scene.things import Thing
 from vigil.scoring.chore_answers import ChoreAnswer, ChoreKind, ListAnswer, list_kind
 from vigil.scoring.chores import score_list
 from vigil.scoring.closure import CONCEDED, FAIL_REASONS, Certificate, Reason, evidence_seen
@@ -227,7 +228,8 @@ class ListCertifier:
         if not is_within_budget(len(actions), answer.rooms, episode.max_steps):
             yield "within_budget", f"{len(actions)} steps are too many for a budget of {episode.max_steps}"
             return
-        record = self._validator.play(episode, house, actions)
+        with self._simulator.looking_at(_looked_at(episode, answer, self._view.scene.things)):
+            record = self._validator.play(episode, house, actions)
         if record.end == "error":
             yield "closes_correctly", record.error.message if record.error else "it ended as an error"
             return
@@ -241,6 +243,16 @@ class ListCertifier:
                 yield "closes_correctly", f"chore {number}: W={each.W:d} B={each.B:d} ({each.label})"
         yield from _faults_of_record(answer, record)
         yield from (("false_claims_fail", name) for name in false_claims(outcome, episode, record))
+
+
+def _looked_at(episode: Episode, answer: ListAnswer, things: Mapping[str, Thing]) -> set[str]:
+    """Return the ids of the objects whose visible pixels decide whether a solution closes a list correctly: objects
+    that can be picked up, that are evidence, or that a question is about."""
+    goal = episode.goal
+    assert isinstance(goal, Chores)
+    ids = {each for each in episode.bound_ids() if things[each].is_pickupable}
+    ids |= {each.object_id for chore in answer.chores for each in chore.evidence}
+    return ids | {chore.question.object_id for chore in goal.chores if chore.question is not None}
 
 
 def faults_of_claims(answer: ListAnswer, actions: Sequence[Action]) -> Iterator[str]:

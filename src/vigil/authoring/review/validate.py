@@ -206,7 +206,7 @@ class Validator:
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
         """Play actions in an episode and return the record. Actions after the end of the episode are ignored."""
-        self._begin(episode, house)
+        self._houses = {house.sha256: house}
         return self._replay(episode, actions)
 
     def begin_fault(self, episode: Episode, house: House) -> Finding | None:

@@ -116,6 +116,21 @@ def may_show_what_it_shows(harness: Harness) -> None:
         expect(not is_in_frame(object_id), f"what is {what} is in the frame")
 
 
+def sees_what_it_looks_at(harness: Harness) -> None:
+    """In a context that looks at some objects, `world` says the same of these; others may count as not visible."""
+    harness.face(5.2, 3.1, "Fridge|1")
+    names = harness.simulator.object_ids()
+    usual = harness.simulator.world(names).objects
+    with harness.simulator.looking_at(["Fridge|1"]):
+        found = harness.simulator.world(names).objects
+    expect(found["Fridge|1"] == usual["Fridge|1"], f"looked at: {found['Fridge|1']}, otherwise: {usual['Fridge|1']}")
+    unseen = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}
+    for object_id, state in found.items():
+        known = (usual[object_id], usual[object_id].model_copy(update=unseen))
+        expect(state in known, f"{object_id}, not looked at: {state}, otherwise: {known[0]}")
+    expect(harness.simulator.world(names).objects == usual, "the context did not end")
+
+
 def rolls_back(harness: Harness) -> None:
     """A rollback restores the world to the last bit, even if rollbacks are nested or an exception was raised."""
     harness.face(5.2, 3.1, "Fridge|1", holding("Mug|1"))
@@ -184,6 +199,7 @@ def needs_a_house(harness: Harness) -> None:
             lambda: simulator.can_stand(HERE),
             lambda: simulator.pixels_of(DOOR),
             lambda: simulator.points_visible_from(HERE, np.zeros((1, 3)), DOOR),
+            lambda: simulator.looking_at([DOOR]).__enter__(),
             lambda: simulator.rollback().__enter__(),
             lambda: simulator.at_pose(THERE).__enter__(),
         ):

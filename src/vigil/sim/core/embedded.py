@@ -4,7 +4,7 @@ It implements `vigil.sim.scene_editor.SceneEditor`, which includes every other p
 only when it is requested.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -26,7 +26,7 @@ from vigil.sim.core.handling import InteractionResult, apply_intent, interact, o
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.naming import pixel_of_named
 from vigil.sim.core.setup import apply_setup, blocked_start_error, thing_named
-from vigil.sim.core.sight import HEIGHT, WIDTH, Sight
+from vigil.sim.core.sight import HEIGHT, NOT_VISIBLE, WIDTH, Sight
 from vigil.sim.core.state import MUTABLE_FIELDS, SceneState, mutable_state_of
 from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
@@ -65,6 +65,8 @@ class EmbeddedSimulator:
         self._engine = engine
         self._assets = assets
         self._loaded: _Loaded | None = None
+        self._is_looked_at: Callable[[str], bool] = lambda object_id: True
+        """Function that says whether `world` measures how much of the object with an id is visible."""
 
     def load(self, house: House) -> None:
         """Build the scene of `house`, replacing any earlier one. Raises HouseError."""
@@ -123,9 +125,9 @@ class EmbeddedSimulator:
         """Return the hidden state of the agent and the objects with these ids. Raises EpisodeError on an unknown id."""
         loaded = self._require_loaded()
         state, things = loaded.state, [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
-        seen = loaded.sight.see(state.agent, things)
+        seen = loaded.sight.see(state.agent, [each for each in things if self._is_looked_at(each.id)])
         objects = {
-            each.id: object_state(state, each, box, seen[each.id], supports)
+            each.id: object_state(state, each, box, seen.get(each.id, NOT_VISIBLE), supports)
             for each, (box, supports) in zip(things, self._places(things), strict=True)
         }
         return WorldState(agent=state.agent, held=state.held, objects=objects)
@@ -180,6 +182,16 @@ class EmbeddedSimulator:
         """Return whether at least one pixel of the frame shows an object."""
         loaded = self._require_loaded()
         return loaded.sight.is_in_frame(loaded.state.agent, self._thing(object_id))
+
+    @contextmanager
+    def looking_at(self, object_ids: Collection[str]) -> Iterator[None]:
+        """Return a context in which `world` says of all objects but these that they are not visible."""
+        self._require_loaded()
+        before, self._is_looked_at = self._is_looked_at, frozenset(object_ids).__contains__
+        try:
+            yield
+        finally:
+            self._is_looked_at = before
 
     @contextmanager
     def rollback(self) -> Iterator[None]:

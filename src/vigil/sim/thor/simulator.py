@@ -4,8 +4,8 @@ THOR lacks some rules of the protocol: the steps of a walk, the limits of the pi
 placing. This module applies them before it sends an action. See docs/ai2thor.md.
 """
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -166,6 +166,12 @@ class ThorSimulator:
     def is_in_frame(self, object_id: str) -> bool:
         """Return whether at least one pixel of the frame shows the object."""
         return self.may_be_visible(object_id, 1)
+
+    def looking_at(self, object_ids: Collection[str]) -> AbstractContextManager[None]:
+        """Return a context without effect, because THOR always says which objects are visible."""
+        del object_ids
+        self._require_loaded()
+        return nullcontext()
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
